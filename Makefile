@@ -1,0 +1,83 @@
+PYTHON ?= python3
+JOBS ?= 2
+
+VENV := .venv
+BIN := $(VENV)/bin
+# The scripts of a virtual environment hold its absolute path: in a copied or moved checkout this name is another, and
+# the environment is made anew.
+STAMP := $(VENV)/installed-$(shell pwd | cksum | cut -d' ' -f1)
+
+.DEFAULT_GOAL := help
+.PHONY: help install check-python demo test campaign lint docs bench clean
+
+help: ## this list
+	@echo "active-constraints; every target sets up $(VENV) first, once"
+	@echo
+	@awk -F ':.*## ' '/^[a-z-]+:.*## / { printf "  make %-10s %s\n", $$1, $$2 }' $(MAKEFILE_LIST)
+	@echo
+	@echo "  PYTHON=$(PYTHON)  the interpreter to set up with, 3.11 or newer"
+	@echo "  JOBS=$(JOBS)          processes of the test run"
+
+install: $(STAMP) ## make .venv and install the project into it, with what its development needs
+	@:
+
+# The stamp is written last, so an interrupted installation is made anew; an edited pyproject.toml only upgrades.
+$(STAMP): pyproject.toml $(BIN)/python
+	@if [ -e $@ ] && $(BIN)/python -m pip --version >/dev/null 2>&1; then \
+	  rm -f $@; \
+	  echo "pyproject.toml has changed: bringing $(VENV) up to date"; \
+	else \
+	  $(MAKE) --no-print-directory check-python || exit 1; \
+	  echo "installing into $(VENV): about a minute, once"; \
+	  "$(PYTHON)" -m venv --clear $(VENV) || exit 1; \
+	fi; \
+	$(BIN)/python -m pip install -qq --disable-pip-version-check --editable ".[dev]"
+	@touch $@
+
+# Nothing makes the interpreter alone; that it is missing or was replaced makes the stamp out of date.
+$(BIN)/python: ;
+
+check-python:
+	@command -v "$(PYTHON)" >/dev/null || { \
+	  echo "active-constraints needs Python 3.11 or newer; there is no $(PYTHON). Name yours: make PYTHON=..." >&2; exit 1; }
+	@"$(PYTHON)" -c 'import sys; sys.exit(sys.version_info < (3, 11))' || { \
+	  echo "active-constraints needs Python 3.11 or newer; $(PYTHON) is $$("$(PYTHON)" --version 2>&1)." \
+	    "Name another: make PYTHON=..." >&2; exit 1; }
+	@"$(PYTHON)" -c 'import ensurepip' 2>/dev/null && exit 0; \
+	if [ "$$(id -u)" = 0 ]; then as_root=; else as_root="sudo -n"; fi; \
+	if command -v apt-get >/dev/null && $$as_root true 2>/dev/null; then \
+	  echo "$(PYTHON) has no ensurepip: installing python3-venv"; \
+	  $$as_root apt-get -qq update >&2; \
+	  $$as_root env DEBIAN_FRONTEND=noninteractive apt-get -qq install -y python3-venv >&2; \
+	fi; \
+	"$(PYTHON)" -c 'import ensurepip' 2>/dev/null || { \
+	  echo "$(PYTHON) has no ensurepip, so it cannot make $(VENV). On Debian or Ubuntu run:" \
+	    "sudo apt-get install python3-venv" >&2; exit 1; }
+
+demo: install ## run S1-S5, print the violation table, write traces and figures to runs/demo
+	$(BIN)/vfi run S1 S2 S3 S4 S5 --out runs/demo
+
+test: install ## the whole test run but the campaigns
+	$(BIN)/python -m pytest -n $(JOBS)
+
+campaign: install ## the full campaigns of the tests, minutes to hours
+	$(BIN)/python -m pytest -n $(JOBS) -m campaign
+
+lint: install ## ruff, its formatting, mypy --strict and the import contract
+	$(BIN)/ruff check
+	$(BIN)/ruff format --check
+	$(BIN)/mypy
+	$(BIN)/lint-imports
+
+docs: install ## build the documentation; a warning is an error
+	$(BIN)/sphinx-build --quiet --nitpicky --fail-on-warning --keep-going docs docs/_build/html
+	@echo "docs/_build/html/index.html"
+
+bench: install ## the benchmarks in tests/bench
+	@[ -d tests/bench ] || { echo "there are no benchmarks yet: tests/bench does not exist" >&2; exit 1; }
+	$(BIN)/python -m pytest tests/bench
+
+clean: ## remove .venv, build products and caches; runs/ stays
+	rm -rf $(VENV) build dist docs/_build htmlcov .coverage .coverage.* .benchmarks .hypothesis \
+	  .import_linter_cache .mypy_cache .pytest_cache .ruff_cache
+	find . -name __pycache__ -type d -prune -exec rm -rf {} +

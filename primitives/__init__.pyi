@@ -1,0 +1,71 @@
+from .compiled import PAIR_SIGNATURE as PAIR_SIGNATURE
+from .constraint import Constraint as Constraint
+from .constraint import ConstraintSet as ConstraintSet
+from .dh import DHRow as DHRow
+from .elements import (
+    Element as Element,
+)
+from .elements import (
+    Line as Line,
+)
+from .elements import (
+    Plane as Plane,
+)
+from .elements import (
+    Point as Point,
+)
+from .elements import (
+    Segment as Segment,
+)
+from .errors import (
+    ActiveConstraintsError as ActiveConstraintsError,
+)
+from .errors import (
+    FileError as FileError,
+)
+from .errors import (
+    InactiveConstraintError as InactiveConstraintError,
+)
+from .errors import (
+    InputError as InputError,
+)
+from .errors import (
+    ModelError as ModelError,
+)
+from .errors import (
+    SolverError as SolverError,
+)
+from .errors import (
+    UnknownNameError as UnknownNameError,
+)
+from .evaluate import Entity as Entity
+from .evaluate import Evaluation as Evaluation
+from .kinematics import Kinematics as Kinematics
+from .pair import Pair as Pair
+from .robot import Limits as Limits
+from .robot import Robot as Robot
+
+__all__ = [
+    "PAIR_SIGNATURE",
+    "ActiveConstraintsError",
+    "Constraint",
+    "ConstraintSet",
+    "DHRow",
+    "Element",
+    "Entity",
+    "Evaluation",
+    "FileError",
+    "InactiveConstraintError",
+    "InputError",
+    "Kinematics",
+    "Limits",
+    "Line",
+    "ModelError",
+    "Pair",
+    "Plane",
+    "Point",
+    "Robot",
+    "Segment",
+    "SolverError",
+    "UnknownNameError",
+]

@@ -1,0 +1,118 @@
+"""`Constraint` and `ConstraintSet`: what must hold, said once and without a word on how it is enforced."""
+
+from collections.abc import Iterable, Iterator
+from dataclasses import dataclass, replace
+from typing import Literal, get_args
+
+from primitives.checks import known, number
+from primitives.elements import Element
+from primitives.errors import InputError
+from primitives.pair import Pair
+from primitives.registry import pairs
+
+Keep = Literal["outside", "inside"]
+SafetyClass = Literal["patient", "robot", "task"]
+
+KEEPS: tuple[str, ...] = get_args(Keep)
+SAFETY_CLASSES: tuple[str, ...] = get_args(SafetyClass)
+"""From the one that yields last to the one that yields first."""
+
+
+@dataclass(frozen=True)
+class Constraint:
+    """A distance between two elements that must stay on one side of a safe distance.
+
+    Parameters
+    ----------
+    name : by which margins, multipliers and errors call it.
+    first, second : the elements, in the order of the pair.
+    keep : "outside", margin = d - safe_distance (for a plane: above it); "inside", margin = safe_distance - d.
+    safe_distance : metres or radians, >= 0. Radii of tools and vessels belong to it.
+    pair : name of the pair; empty for the one named after the elements. Lines also know "line_line_angle".
+    safety_class : "patient", "robot" or "task": in conflict the later ones yield first.
+    enforced : False for a constraint that is watched: measured and logged, but without a row.
+
+    Raises
+    ------
+    InputError : a field out of its range, or elements that the pair does not take.
+    UnknownNameError : no such pair.
+    """
+
+    name: str
+    first: Element
+    second: Element
+    keep: Keep
+    safe_distance: float
+    pair: str = ""
+    safety_class: SafetyClass = "patient"
+    enforced: bool = True
+
+    def __post_init__(self) -> None:
+        what = f'constraint "{self.name}"'
+        if not isinstance(self.name, str) or not self.name:
+            raise InputError(f"name of a constraint: expected some text, got {self.name!r}")
+        for field in ("first", "second"):
+            if not isinstance(getattr(self, field), Element):
+                raise InputError(f"{what}: {field}: expected an element, got {getattr(self, field)!r}")
+        known("side to keep", self.keep, KEEPS)
+        known("safety class", self.safety_class, SAFETY_CLASSES)
+        number(self.safe_distance, f"{what}: safe distance", low=0.0)
+        kinds, definition = (self.first.kind, self.second.kind), self.definition
+        if kinds != (definition.first, definition.second):
+            raise InputError(
+                f'{what}: pair "{definition.name}" takes a {definition.first} and a {definition.second}, in this '
+                f"order; got a {kinds[0]} and a {kinds[1]}"
+            )
+
+    @property
+    def definition(self) -> Pair:
+        """The registered pair."""
+        if self.pair:
+            return pairs[self.pair]
+        return pairs[f"{self.first.kind}_{self.second.kind}"]
+
+
+@dataclass(frozen=True)
+class ConstraintSet:
+    """Constraints with different names; sets are joined with ``+``.
+
+    Raises
+    ------
+    InputError : two constraints of one name, or something that is no constraint.
+    """
+
+    constraints: tuple[Constraint, ...] = ()
+
+    def __init__(self, constraints: Iterable[Constraint] = ()):
+        items = tuple(constraints)
+        seen: set[str] = set()
+        for item in items:
+            if not isinstance(item, Constraint):
+                raise InputError(f"expected a Constraint, got {item!r}")
+            if item.name in seen:
+                raise InputError(f'two constraints are called "{item.name}"; every name must be its own')
+            seen.add(item.name)
+        object.__setattr__(self, "constraints", items)
+
+    def __add__(self, other: "ConstraintSet | Constraint") -> "ConstraintSet":
+        added = other.constraints if isinstance(other, ConstraintSet) else (other,)
+        return ConstraintSet((*self.constraints, *added))
+
+    def __iter__(self) -> Iterator[Constraint]:
+        return iter(self.constraints)
+
+    def __len__(self) -> int:
+        return len(self.constraints)
+
+    def __getitem__(self, name: str) -> Constraint:
+        return self.constraints[self.names.index(known("constraint", name, self.names))]
+
+    @property
+    def names(self) -> tuple[str, ...]:
+        """Names in order."""
+        return tuple(c.name for c in self.constraints)
+
+    def enforcing(self, names: Iterable[str]) -> "ConstraintSet":
+        """The same constraints, of which those named are enforced and the others watched; raises UnknownNameError."""
+        chosen = {known("constraint", n, self.names) for n in names}
+        return ConstraintSet(replace(c, enforced=c.name in chosen) for c in self.constraints)

@@ -1,0 +1,20 @@
+"""The table of pairs."""
+
+from primitives import pairs as built_in
+from primitives.compiled import address_of
+from primitives.errors import InputError
+from primitives.pair import Pair
+from primitives.plugins import Registry
+
+
+def _check(pair: Pair) -> None:
+    try:
+        address_of(pair.kernel)
+    except (AttributeError, KeyError):
+        raise InputError(
+            f'pair "{pair.name}": its kernel is not compiled; decorate it with @compiled(PAIR_SIGNATURE)'
+        ) from None
+
+
+pairs: Registry[Pair] = Registry("pair", built_in, "PAIR", _check)
+"""Every pair of elements between which a distance is defined."""

@@ -1,0 +1,13 @@
+from .analysis.trace import Trace as Trace
+from .scene import Scene as Scene
+from .scene_file import load_scene as load_scene
+from .trajectory import PoseTrajectory as PoseTrajectory
+from .trajectory import Waypoint as Waypoint
+
+__all__ = [
+    "PoseTrajectory",
+    "Scene",
+    "Trace",
+    "Waypoint",
+    "load_scene",
+]

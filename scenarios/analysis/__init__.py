@@ -1,0 +1,1 @@
+"""What happened in a run: the trace, the metrics, the figures."""

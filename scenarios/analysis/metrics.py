@@ -1,0 +1,51 @@
+"""Figures of merit of a run, from its trace."""
+
+from typing import Any
+
+import numpy as np
+
+from scenarios.analysis.trace import Trace
+
+VIOLATED = -1e-5
+"""A margin below this counts as violated, metres or radians."""
+SETTLED = 2.0
+"""Seconds at the end over which the acceleration is judged."""
+
+
+def acceleration_rms(trace: Trace, seconds: float = SETTLED) -> float:
+    """Root mean square over the last seconds of the norm over the joints of (q̇_k - q̇_{k-1}) / T."""
+    period = float(trace.header["period_s"])
+    acceleration = np.diff(trace["qdot"], axis=0) / period
+    last = acceleration[-max(1, round(seconds / period)) :]
+    return float(np.sqrt(np.mean(np.sum(last**2, axis=1)))) if len(last) else 0.0
+
+
+def summary(trace: Trace) -> dict[str, Any]:
+    """What `vfi run --json` prints of a run; the keys are documented in docs/scenes.md."""
+    header, names = trace.header, trace.header["constraints"]
+    smallest = {name: float(trace.margin(name).min()) for name in names}
+    error = np.linalg.norm(trace["error"], axis=1)
+    times = trace["cycle_us"]
+    p5, median, p99 = (float(p) for p in np.percentile(times, [5, 50, 99]))
+    states = trace["state"]
+    return {
+        "scene": header["scene"],
+        "robot": header["robot"],
+        "solver": header["solver"],
+        "guard": header["guard"],
+        "period_s": header["period_s"],
+        "cycles": len(trace.records),
+        "violated": [name for name in names if smallest[name] < VIOLATED],
+        "min_margin_m": {n: smallest[n] for n, unit in names.items() if unit == "m"},
+        "min_margin_rad": {n: smallest[n] for n, unit in names.items() if unit == "rad"},
+        "infeasible_cycles": int(trace["infeasible"].sum()),
+        "guard_interventions": int(trace["intervened"].sum()),
+        "halved_cycles": int(np.count_nonzero(trace["halvings"])),
+        "degraded_cycles": int(np.count_nonzero(states == 1.0)),
+        "stopped_cycles": int(np.count_nonzero(states > 1.0)),
+        "task_error": {"max": float(error.max()), "rms": float(np.sqrt(np.mean(error**2)))},
+        "acceleration_rms_last_2s": acceleration_rms(trace),
+        "cycle_us": {"p5": p5, "median": median, "p99": p99, "max": float(times.max())},
+        "seed": header["seed"],
+        "versions": header["versions"],
+    }

@@ -1,0 +1,17 @@
+"""What there is to name on the command line: scenes, robots, solvers, primitives."""
+
+from primitives.registry import pairs
+from scenarios.robots import robots
+from scenarios.scene_file import load_scene
+from scenarios.scenes import scene_names
+from vfi.backends import solvers
+
+
+def catalogue() -> dict[str, dict[str, str]]:
+    """{kind: {name: one line}}."""
+    return {
+        "scenes": {name: load_scene(name).summary for name in scene_names()},
+        "robots": {name: robots[name].summary for name in robots.names()},
+        "solvers": {name: solvers[name].summary for name in solvers.names()},
+        "primitives": {name: (pairs[name].kernel.__doc__ or "").split(". ")[0].strip() for name in pairs.names()},
+    }

@@ -1,0 +1,127 @@
+"""The command `vfi`. Heavy imports wait inside the commands, so that `vfi --help` answers at once."""
+
+import json
+import sys
+from collections.abc import Iterator
+from contextlib import contextmanager
+from enum import StrEnum
+from importlib.metadata import version
+from pathlib import Path
+from typing import TYPE_CHECKING, Annotated
+
+import typer
+
+if TYPE_CHECKING:
+    from scenarios.analysis.trace import Trace
+
+app = typer.Typer(
+    help="Active constraints for surgical robots: run scenes, compare enforcements, look at what happened.",
+    no_args_is_help=True,
+    add_completion=False,
+    pretty_exceptions_enable=False,
+)
+BAD_INPUT = 2
+
+
+class GuardMode(StrEnum):
+    """Guard modes as the command line spells them."""
+
+    act = "act"
+    watch = "watch"
+    off = "off"
+
+
+@contextmanager
+def _one_clear_line() -> Iterator[None]:
+    """Turn the project's own errors into a line on stderr and exit code 2."""
+    from primitives.errors import ActiveConstraintsError
+
+    try:
+        yield
+    except ActiveConstraintsError as error:
+        print(f"vfi: {error}", file=sys.stderr)
+        raise typer.Exit(BAD_INPUT) from None
+
+
+def _cite(wanted: bool) -> None:
+    if wanted:
+        from scenarios.citation import bibtex
+
+        print(bibtex())
+        raise typer.Exit
+
+
+def _version(wanted: bool) -> None:
+    if wanted:
+        print(version("active-constraints"))
+        raise typer.Exit
+
+
+@app.callback()
+def main_options(
+    cite: Annotated[
+        bool, typer.Option("--cite", callback=_cite, is_eager=True, help="Print how to cite, as BibTeX.")
+    ] = False,
+    show_version: Annotated[
+        bool, typer.Option("--version", callback=_version, is_eager=True, help="Print the version.")
+    ] = False,
+) -> None:
+    """Options of the program itself."""
+
+
+@app.command()
+def run(
+    scenes: Annotated[list[str], typer.Argument(help="Scenes by name (see `vfi list`) or as YAML files.")],
+    solver: Annotated[str, typer.Option(help="Solver of the program; see `vfi list`.")] = "active-set",
+    period: Annotated[float | None, typer.Option(help="Control period in seconds; default: the scene's.")] = None,
+    guard: Annotated[GuardMode, typer.Option(help="act on, only count, or skip what verification finds")] = (
+        GuardMode.act
+    ),
+    seed: Annotated[int, typer.Option(help="Seed of everything random.", min=0)] = 0,
+    robot: Annotated[str | None, typer.Option(help="Another robot than the scene's.")] = None,
+    out: Annotated[Path | None, typer.Option(help="Folder for traces, summary and figures.")] = None,
+    as_json: Annotated[bool, typer.Option("--json", help="Print JSON instead of a table.")] = False,
+) -> None:
+    """Run scenes and show which constraints were violated."""
+    with _one_clear_line():
+        from scenarios.session import prepare, run_all, write_results
+
+        jobs = prepare(scenes, solver=solver, period=period, guard=guard.value, seed=seed, robot=robot, out=out)
+        traces = run_all(jobs, show_progress=sys.stderr.isatty())
+        files = write_results(traces, out) if out is not None else []
+    _show(traces, files, as_json)
+
+
+def _show(traces: "list[Trace]", files: list[Path], as_json: bool) -> None:
+    from scenarios.analysis.metrics import summary
+
+    results = [summary(trace) for trace in traces]
+    if as_json:
+        print(json.dumps(results, indent=2))
+        return
+    from scenarios.table import print_results
+
+    print_results(results, files)
+
+
+@app.command("list")
+def list_names(
+    as_json: Annotated[bool, typer.Option("--json", help="Print JSON instead of text.")] = False,
+) -> None:
+    """List scenes, robots, solvers and primitives."""
+    with _one_clear_line():
+        from scenarios.catalogue import catalogue
+
+        found = catalogue()
+    if as_json:
+        print(json.dumps(found, indent=2))
+        return
+    for kind, entries in found.items():
+        print(kind)
+        for name, text in entries.items():
+            print(f"  {name:<18} {text}")
+
+
+def main() -> None:
+    """Entry point of the command `vfi`."""
+    app()

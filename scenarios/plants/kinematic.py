@@ -1,0 +1,41 @@
+"""The ideal plant: joints move exactly as commanded, q + T q̇ after one period."""
+
+import numpy as np
+
+from primitives.checks import Array, number
+from vfi.messages import Command, Measurement
+
+
+class KinematicPlant:
+    """Joints as integrators; those that are not commanded stand still.
+
+    Parameters
+    ----------
+    start : (n,) rad and m. decided : (d,) indices of the commanded joints. period : T, seconds.
+    noise : standard deviation of the measured q, rad and m; the joints themselves move exactly.
+    seed : of the noise.
+    """
+
+    def __init__(self, start: Array, decided: np.ndarray, period: float, *, noise: float = 0.0, seed: int = 0):
+        self._start, self._decided, self._period = np.array(start, dtype=float), decided, period
+        self._noise, self._seed = number(noise, "noise of the plant", low=0.0), seed
+        self.reset()
+
+    def reset(self) -> Measurement:
+        """See `scenarios.plants.Plant`."""
+        self._cycle, self._q, self._qdot = 0, self._start.copy(), np.zeros_like(self._start)
+        self._random = np.random.default_rng(self._seed)
+        return self._measure()
+
+    def step(self, command: Command) -> Measurement:
+        """See `scenarios.plants.Plant`."""
+        self._qdot[self._decided] = command.qdot
+        self._q += self._period * self._qdot
+        self._cycle += 1
+        return self._measure()
+
+    def _measure(self) -> Measurement:
+        q = self._q.copy()
+        if self._noise > 0.0:
+            q += self._noise * self._random.standard_normal(len(q))
+        return Measurement(self._cycle * self._period, q, self._qdot.copy())

@@ -1,0 +1,64 @@
+"""References that are known beforehand: poses joined by screw linear interpolation."""
+
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import ArrayLike
+
+from primitives import dual_quaternion as dq
+from primitives.checks import Array, array, number
+from primitives.errors import InputError
+
+
+@dataclass(frozen=True)
+class Waypoint:
+    """A pose of the tool tip relative to its orientation at the start.
+
+    Attributes
+    ----------
+    position : (3,) metres, world.
+    rotation : (3,) rotation vector in the world, radians, applied on the left of the first orientation.
+    """
+
+    position: tuple[float, float, float]
+    rotation: tuple[float, float, float] = (0.0, 0.0, 0.0)
+
+
+@dataclass(frozen=True)
+class PoseTrajectory:
+    """Waypoints joined by ScLERP, each segment in the same time and linear in it; the last one is held.
+
+    Raises
+    ------
+    InputError : no waypoint, values of another shape or not finite, a time that is not > 0.
+    """
+
+    waypoints: tuple[Waypoint, ...]
+    segment: float
+
+    def __post_init__(self) -> None:
+        if not self.waypoints:
+            raise InputError("PoseTrajectory: expected at least one waypoint, got none")
+        number(self.segment, "segment of PoseTrajectory, seconds", positive=True)
+        for i, w in enumerate(self.waypoints):
+            array(w.position, (3,), f"position of waypoint {i + 1}")
+            array(w.rotation, (3,), f"rotation of waypoint {i + 1}")
+
+    def poses(self, first_orientation: ArrayLike) -> Array:
+        """(k, 8) unit dual quaternions of the waypoints, for a first orientation (4,) [w x y z]."""
+        r0, out = array(first_orientation, (4,), "first orientation"), []
+        for w in self.waypoints:
+            turn = dq.exponential(np.r_[0.0, 0.5 * np.asarray(w.rotation), np.zeros(4)])[:4]
+            out.append(dq.from_rotation_translation(dq.quaternion_product(turn, r0), np.array(w.position, dtype=float)))
+        return np.array(out)
+
+    def sample(self, first_orientation: ArrayLike, period: float, cycles: int) -> Array:
+        """(cycles, 8) the reference at t = 0, T, 2 T, ..."""
+        poses = self.poses(first_orientation)
+        out = np.empty((cycles, 8))
+        last = len(poses) - 1
+        for k in range(cycles):
+            u = k * period / self.segment
+            i = min(int(u), last)
+            out[k] = poses[last] if i == last else dq.sclerp(poses[i], poses[i + 1], u - i)
+        return out

@@ -1,0 +1,368 @@
+"""The dense active-set solver of the hot path.
+
+The dual method of D. Goldfarb and A. Idnani, "A numerically stable dual method for solving strictly convex quadratic
+programs", Mathematical Programming 27, 1983: start at the unconstrained minimum, add violated rows one by one, drop
+those whose multiplier would turn negative. Warm start: rows that were active in the last cycle are added first.
+
+Rows are numbered 0..m-1 for A v >= b, m..m+n-1 for v >= low, m+n..m+2n-1 for -v >= -high. J is L^-T Q and R the
+triangular factor, so that J^T H J = I and J^T N = [R; 0] for the matrix N of active normals.
+"""
+
+import numpy as np
+
+from primitives.checks import Array
+from primitives.compiled import compiled
+from vfi.qp import SolverStatus
+
+OPTIMAL = int(SolverStatus.OPTIMAL)
+INFEASIBLE = int(SolverStatus.INFEASIBLE)
+NOT_CONVERGED = int(SolverStatus.NOT_CONVERGED)
+NOT_CONVEX = int(SolverStatus.NOT_CONVEX)
+
+FEASIBLE = 1e-11
+"""A row of unit normal counts as satisfied above minus this."""
+TOLERATED = 1e-7
+"""A row that depends on the active ones to rounding, and is violated by less, is left at that."""
+DEPENDENT = 1e-13
+"""Share of a normal's squared length, in the metric of H, that must lie outside the active ones."""
+ROUNDS = 20
+"""Iterations allowed per row and variable."""
+
+
+def work_rows(n: int) -> int:
+    """Rows of n that `solve` needs as scratch."""
+    return 2 * n + 6
+
+
+@compiled(
+    "float64(float64[:,::1], float64[::1], float64[::1], float64[::1], float64[::1], int64, float64[:,::1], int64)"
+)
+def _normal(A: Array, b: Array, low: Array, high: Array, scale: Array, k: int, work: Array, at: int) -> float:
+    """Write the unit normal of row k to work[at] and return its bound."""
+    m, n = A.shape
+    if k < m:
+        for j in range(n):
+            work[at, j] = A[k, j] * scale[k]
+        return float(b[k] * scale[k])
+    for j in range(n):
+        work[at, j] = 0.0
+    if k < m + n:
+        work[at, k - m] = 1.0
+        return float(low[k - m])
+    work[at, k - m - n] = -1.0
+    return float(-high[k - m - n])
+
+
+@compiled("int64(float64[:,::1], float64[:,::1])")
+def _inverse_factor(H: Array, work: Array) -> int:
+    """Write J = L^-T of H = L L^T to work[:n]; NOT_CONVEX where H is not positive definite."""
+    n = H.shape[0]
+    for i in range(n):
+        for j in range(i + 1):
+            total = H[i, j]
+            for k in range(j):
+                total -= work[n + i, k] * work[n + j, k]
+            if i > j:
+                work[n + i, j] = total / work[n + j, j]
+            elif total > 0.0:
+                work[n + i, i] = np.sqrt(total)
+            else:
+                return NOT_CONVEX
+    for i in range(n):
+        for j in range(i):
+            work[i, j] = 0.0
+        work[i, i] = 1.0 / work[n + i, i]
+        for j in range(i + 1, n):
+            total = 0.0
+            for k in range(i, j):
+                total -= work[n + j, k] * work[i, k]
+            work[i, j] = total / work[n + j, j]
+    return OPTIMAL
+
+
+@compiled("void(float64[:,::1], int64, int64, int64)")
+def _project(work: Array, n: int, normal: int, out: int) -> None:
+    """work[out] = J^T work[normal]."""
+    for j in range(n):
+        work[out, j] = 0.0
+    for i in range(n):
+        value = work[normal, i]
+        if value != 0.0:
+            for j in range(n):
+                work[out, j] += value * work[i, j]
+
+
+@compiled("void(float64[:,::1], int64, int64, int64)")
+def _append(work: Array, n: int, d: int, count: int) -> None:
+    """Make work[d] = J^T a the column `count` of R: rotate the columns of J so that its tail becomes zero."""
+    for j in range(n - 1, count, -1):
+        x, y = work[d, j - 1], work[d, j]
+        if y == 0.0:
+            continue
+        length = np.hypot(x, y)
+        c, s = x / length, y / length
+        work[d, j - 1] = length
+        for i in range(n):
+            p, q = work[i, j - 1], work[i, j]
+            work[i, j - 1] = c * p + s * q
+            work[i, j] = c * q - s * p
+    for i in range(count + 1):
+        work[n + i, count] = work[d, i]
+
+
+@compiled("void(float64[:,::1], int64, int64[::1], int64[::1], int64, int64)")
+def _drop(work: Array, n: int, active: np.ndarray, mask: np.ndarray, u: int, place: int) -> None:
+    """Take the active row at `place` out of R, u and the list, and rotate R back to triangular form."""
+    count = active[0]
+    mask[active[1 + place]] = 0
+    for j in range(place, count - 1):
+        active[1 + j] = active[2 + j]
+        work[u, j] = work[u, j + 1]
+        for i in range(j + 2):
+            work[n + i, j] = work[n + i, j + 1]
+    for j in range(place, count - 1):
+        x, y = work[n + j, j], work[n + j + 1, j]
+        length = np.hypot(x, y)
+        if length == 0.0:
+            continue
+        c, s = x / length, y / length
+        for k in range(j, count - 1):
+            p, q = work[n + j, k], work[n + j + 1, k]
+            work[n + j, k] = c * p + s * q
+            work[n + j + 1, k] = c * q - s * p
+        for i in range(n):
+            p, q = work[i, j], work[i, j + 1]
+            work[i, j] = c * p + s * q
+            work[i, j + 1] = c * q - s * p
+    active[0] = count - 1
+
+
+@compiled(
+    "void(float64[::1], float64[:,::1], float64[::1], float64[::1], float64[::1], float64[::1], int64[::1],"
+    "float64[:,::1], float64[::1])"
+)
+def _from_active(
+    g: Array, A: Array, b: Array, low: Array, high: Array, scale: Array, active: np.ndarray, work: Array, x: Array
+) -> None:
+    """Minimum with the active rows as equalities, and their multipliers in work[2n].
+
+    x = J1 w - J2 J2^T g and R u = J1^T g + w, with R^T w = b of the active rows.
+    """
+    n, count = g.shape[0], active[0]
+    u, projected, normal = 2 * n, 2 * n + 1, 2 * n + 2
+    for j in range(n):
+        work[projected, j] = 0.0
+    for i in range(n):
+        for j in range(n):
+            work[projected, j] += work[i, j] * g[i]
+    for i in range(count):
+        w = _normal(A, b, low, high, scale, active[1 + i], work, normal)
+        for j in range(i):
+            w -= work[n + j, i] * work[u, j]
+        work[u, i] = w / work[n + i, i]
+    for i in range(n):
+        total = 0.0
+        for j in range(count):
+            total += work[i, j] * work[u, j]
+        for j in range(count, n):
+            total -= work[i, j] * work[projected, j]
+        x[i] = total
+    for i in range(count - 1, -1, -1):
+        total = work[u, i] + work[projected, i]
+        for j in range(i + 1, count):
+            total -= work[n + i, j] * work[u, j]
+        work[u, i] = total / work[n + i, i]
+
+
+@compiled("void(float64[:,::1], int64[::1], int64, int64)")
+def _keep_conflict(work: Array, active: np.ndarray, r: int, p: int) -> None:
+    """Leave in the list the rows that row p contradicts: a_p = sum r_i a_i, of which those with r_i < 0 count."""
+    kept = 0
+    for i in range(active[0]):
+        k = active[1 + i]
+        if work[r, i] < -1e-9:
+            active[1 + kept] = k
+            kept += 1
+    active[1 + kept] = p
+    active[0] = kept + 1
+
+
+@compiled(
+    "void(float64[::1], float64[:,::1], float64[::1], float64[::1], float64[::1], float64[::1], int64[::1],"
+    "int64[::1], float64[:,::1], float64[::1])"
+)
+def _settle(
+    g: Array,
+    A: Array,
+    b: Array,
+    low: Array,
+    high: Array,
+    scale: Array,
+    active: np.ndarray,
+    mask: np.ndarray,
+    work: Array,
+    x: Array,
+) -> None:
+    """As `_from_active`, and rows of negative multiplier are dropped, the most negative first, until none is left."""
+    n = g.shape[0]
+    while True:
+        _from_active(g, A, b, low, high, scale, active, work, x)
+        place, least = -1, 0.0
+        for i in range(active[0]):
+            if work[2 * n, i] < least:
+                place, least = i, work[2 * n, i]
+        if place < 0:
+            return
+        _drop(work, n, active, mask, 2 * n, place)
+
+
+@compiled(
+    "int64(float64[:,::1], float64[::1], float64[:,::1], float64[::1], float64[::1], float64[::1],"
+    "float64[::1], float64[::1], int64[::1], int64[::1], float64[::1], float64[:,::1])"
+)
+def solve(
+    H: Array,
+    g: Array,
+    A: Array,
+    b: Array,
+    low: Array,
+    high: Array,
+    x: Array,
+    multiplier: Array,
+    active: np.ndarray,
+    mask: np.ndarray,
+    scale: Array,
+    work: Array,
+) -> int:
+    """Solve a strictly convex QP of n variables and m rows.
+
+    Parameters
+    ----------
+    H, g, A, b, low, high : see `vfi.qp`.
+    x : (n,) the answer.
+    multiplier : (m + 2n,) multipliers of rows, lower and upper bounds, all >= 0.
+    active : (n + 2,) count of active rows and their numbers; what it holds on entry is the warm start.
+    mask : (m + 2n,) scratch, zero on entry and on return: 1 for rows that are active or tolerated.
+    scale : (m,) scratch. work : (`work_rows(n)`, n) scratch.
+
+    Returns
+    -------
+    A `SolverStatus`. For INFEASIBLE the active rows are those in conflict, the last of them the one that did not fit.
+    """
+    m, n = A.shape
+    u, normal, d, r = 2 * n, 2 * n + 2, 2 * n + 3, 2 * n + 4
+    multiplier[:] = 0.0
+    for k in range(m):
+        square = 0.0
+        for j in range(n):
+            square += A[k, j] * A[k, j]
+        if square < 1e-28:
+            scale[k] = 0.0
+            if b[k] > FEASIBLE:
+                active[0] = 1
+                active[1] = k
+                return INFEASIBLE
+        else:
+            scale[k] = 1.0 / np.sqrt(square)
+    if _inverse_factor(H, work) != OPTIMAL:
+        return NOT_CONVEX
+    remembered = active[0]
+    active[0] = 0
+    for i in range(min(remembered, n)):
+        k = active[1 + i]
+        if mask[k] or (k < m and (scale[k] == 0.0 or b[k] == -np.inf)):
+            continue
+        if np.isinf(_normal(A, b, low, high, scale, k, work, normal)):
+            continue
+        _project(work, n, normal, d)
+        inside, outside = 0.0, 0.0
+        for j in range(n):
+            if j < active[0]:
+                inside += work[d, j] * work[d, j]
+            else:
+                outside += work[d, j] * work[d, j]
+        if outside > DEPENDENT * (inside + outside):
+            _append(work, n, d, active[0])
+            active[1 + active[0]] = k
+            active[0] += 1
+            mask[k] = 1
+    _settle(g, A, b, low, high, scale, active, mask, work, x)
+    status, settled = NOT_CONVERGED, True
+    for _ in range(ROUNDS * (m + 3 * n)):
+        worst, p = -FEASIBLE, -1
+        for k in range(m):
+            if mask[k] == 0 and scale[k] > 0.0 and b[k] > -np.inf:
+                value = -b[k]
+                for j in range(n):
+                    value += A[k, j] * x[j]
+                value *= scale[k]
+                if value < worst:
+                    worst, p = value, k
+        for j in range(n):
+            if x[j] - low[j] < worst and mask[m + j] == 0:
+                worst, p = x[j] - low[j], m + j
+            if high[j] - x[j] < worst and mask[m + n + j] == 0:
+                worst, p = high[j] - x[j], m + n + j
+        if p < 0:
+            if settled:
+                status = OPTIMAL
+                break
+            _settle(g, A, b, low, high, scale, active, mask, work, x)
+            settled = True
+            continue
+        settled = False
+        _normal(A, b, low, high, scale, p, work, normal)
+        mine = 0.0
+        while True:
+            count = active[0]
+            _project(work, n, normal, d)
+            inside, outside = 0.0, 0.0
+            for j in range(n):
+                if j < count:
+                    inside += work[d, j] * work[d, j]
+                else:
+                    outside += work[d, j] * work[d, j]
+            for i in range(count - 1, -1, -1):
+                total = work[d, i]
+                for j in range(i + 1, count):
+                    total -= work[n + i, j] * work[r, j]
+                work[r, i] = total / work[n + i, i]
+            dual_step, place = np.inf, -1
+            for i in range(count):
+                if work[r, i] > 0.0 and work[u, i] < dual_step * work[r, i]:
+                    dual_step, place = work[u, i] / work[r, i], i
+            free = outside > DEPENDENT * (inside + outside)
+            primal_step = -worst / outside if free else np.inf
+            step = min(dual_step, primal_step)
+            if step == np.inf and worst > -TOLERATED:
+                mask[p] = 1
+                break
+            if step == np.inf:
+                for k in range(m + 2 * n):
+                    mask[k] = 0
+                _keep_conflict(work, active, r, p)
+                return INFEASIBLE
+            for i in range(count):
+                work[u, i] -= step * work[r, i]
+            mine += step
+            if free:
+                for i in range(n):
+                    total = 0.0
+                    for j in range(count, n):
+                        total += work[i, j] * work[d, j]
+                    x[i] += step * total
+                worst += step * outside
+            if step == primal_step:
+                _append(work, n, d, count)
+                work[u, count] = mine
+                active[1 + count] = p
+                active[0] = count + 1
+                mask[p] = 1
+                break
+            _drop(work, n, active, mask, u, place)
+    for k in range(m + 2 * n):
+        mask[k] = 0
+    for i in range(active[0]):
+        k = active[1 + i]
+        multiplier[k] = work[u, i] * (scale[k] if k < m else 1.0)
+    return status

@@ -1,0 +1,223 @@
+"""`Controller`: a constraint set, a robot and a task, lowered once; `step` is one cycle."""
+
+from collections.abc import Mapping
+from time import perf_counter_ns
+from typing import Any
+
+import numpy as np
+from numpy.typing import ArrayLike
+
+from primitives import dual_quaternion as dq
+from primitives.checks import Array, array, known
+from primitives.constraint import ConstraintSet
+from primitives.errors import InputError
+from primitives.evaluate import entity_arrays
+from primitives.robot import Robot
+from vfi import cycle as compiled_cycle
+from vfi.backends import Backend, solvers
+from vfi.explain import explain
+from vfi.lowering import Settings, lower
+from vfi.memory import Real, Whole
+from vfi.messages import ByName, Command, Measurement, Rows
+from vfi.outcome import Guard, Reason, Setting, Slot, State
+from vfi.qp import QP, SolverStatus
+from vfi.record import Head, columns, width
+from vfi.tasks import PoseTask, Task
+
+EXPIRY_PERIODS = 2.0
+
+
+def _plain(value: Any) -> Any:
+    return dq.from_dq(value) if hasattr(value, "vec8") else value
+
+
+class Controller:
+    """Vector-field inequalities in a quadratic program, for one robot, one constraint set and one task.
+
+    Parameters
+    ----------
+    robot, constraints, task : what to control, what must never happen, what to do as far as that allows.
+    period : T, seconds.
+    group : joint group whose velocities are decided; the other joints count as moving with their measured velocity.
+    eta : gain of the inequalities, 1/s; one number, or {constraint: gain} with the key "" for the others.
+    limit_eta : gain of the joint-position limits, 1/s.
+    recovery_linear, recovery_angular : fastest way out of a violation that a row asks for, m/s and rad/s.
+    solver : a name of `vfi.backends.solvers`.
+    guard : "act", "watch" (verify and count, but command the solver's answer) or "off".
+    user_rows : how many rows of the user's own `step` may get.
+    ring : records kept until they are drained.
+
+    Raises
+    ------
+    InputError : a number out of range, eta T > 1 for a gain eta.
+    InactiveConstraintError : an enforced constraint that no decided joint can influence.
+    UnknownNameError : a frame, group, constraint or solver that does not exist.
+    """
+
+    def __init__(
+        self,
+        robot: Robot,
+        constraints: ConstraintSet,
+        task: Task,
+        *,
+        period: float,
+        group: str = "all",
+        eta: float | Mapping[str, float] = 0.5,
+        limit_eta: float = 5.0,
+        recovery_linear: float = 0.05,
+        recovery_angular: float = 0.5,
+        solver: str = "active-set",
+        guard: str = "act",
+        user_rows: int = 0,
+        ring: int = 512,
+    ):
+        known("guard", guard, [g.name.lower() for g in Guard])
+        entry = solvers[solver]
+        if entry.tracks_pose_only and not isinstance(task, PoseTask):
+            raise InputError(f'solver "{solver}" needs a PoseTask, got {type(task).__name__}')
+        settings = Settings(period, eta, limit_eta, recovery_linear, recovery_angular, Guard[guard.upper()], user_rows)
+        lowered = lower(robot, constraints, task, group, settings)
+        self.robot, self.constraints, self.task, self.period = robot, constraints, task, float(period)
+        self.group, self.solver, self.guard = group, solver, guard
+        self.joints = tuple(robot.joints[i] for i in robot.group(group))
+        self.entities = lowered.entities
+        self.columns = columns(lowered.memory)
+        """Where each quantity stands in a record of the ring; see `vfi.record.columns`."""
+        self.ring: Array = np.zeros((ring, width(lowered.memory)))
+        self.cycles = 0
+        """Cycles so far; cycle k writes ring[k % len(ring)]."""
+        self._memory = lowered.memory
+        self._arguments = (
+            lowered.memory.floats,
+            lowered.memory.float_layout,
+            lowered.memory.integers,
+            lowered.memory.integer_layout,
+        )
+        real, whole = lowered.memory.real, lowered.memory.whole
+        self._q, self._qdot, self._reference = real[Real.Q], real[Real.QDOT], real[Real.REFERENCE]
+        self._v, self._margin, self._multiplier = real[Real.V], real[Real.MARGIN], real[Real.MULTIPLIER]
+        self._outcome: Any = whole[Whole.OUTCOME]
+        self._names = {name: i for i, name in enumerate(constraints.names)}
+        self._t = -np.inf
+        self._first_entity = lowered.first_entity
+        self._user_rows = user_rows
+        self.qp = QP(*(real[b] for b in (Real.H, Real.G, Real.A, Real.B, Real.LOW, Real.HIGH, Real.TASK, Real.TARGET)))
+        """The program of the last cycle, as views of the controller's memory."""
+        self._backend: Backend | None = entry.bind(self.qp) if entry.bind else None
+
+    def step(self, measurement: Measurement, reference: ArrayLike, rows: Rows | None = None) -> Command:
+        """One cycle. Never raises and never commands a number that is not finite.
+
+        Parameters
+        ----------
+        measurement : see `Measurement`.
+        reference : (8,) unit dual quaternion for a `PoseTask`, (d,) joint velocities for a `VelocityTask`.
+        rows : at most `user_rows` rows of the user's own.
+        """
+        start = perf_counter_ns()
+        try:
+            t = self._take_in(measurement, reference, rows)
+        except Exception as error:
+            return self._refuse(measurement, error)
+        row = self.cycles % len(self.ring)
+        if self._backend is None:
+            compiled_cycle.cycle(*self._arguments, t, self.ring, row)
+        else:
+            self._with_backend(self._backend, t, row)
+        self.cycles += 1
+        state = self._outcome[Slot.STATE]
+        command = Command(
+            self._v.copy(),
+            State.RUN if state == 0 else State(state),
+            "" if state == 0 else explain(self._memory, self.constraints.names, self.joints),
+            t + EXPIRY_PERIODS * self.period,
+            ByName(self._names, self._margin.copy()),
+            ByName(self._names, self._multiplier[: len(self._names)].copy()),
+        )
+        self.ring[row, Head.CYCLE_US] = (perf_counter_ns() - start) * 1e-3
+        return command
+
+    def _take_in(self, measurement: Measurement, reference: ArrayLike, rows: Rows | None) -> float:
+        """Copy the inputs to the cycle's memory and return the time; raises InputError for what has not the right form."""
+        t = measurement.t
+        if not t > self._t:
+            raise InputError(f"t: expected a time after {self._t} s, got {t}")
+        for view, value, what in (
+            (self._q, measurement.q, "q"),
+            (self._qdot, measurement.qdot, "qdot"),
+            (self._reference, reference, "reference"),
+        ):
+            if type(value) is np.ndarray and value.shape == view.shape and value.dtype == view.dtype:
+                view[:] = value
+            else:
+                view[:] = array(_plain(value), view.shape, what, finite=False)
+        if self.entities:
+            poses, twists = entity_arrays(measurement.entities or {}, self.entities)
+            self._memory.real[Real.POSE][self._first_entity :] = poses
+            self._memory.real[Real.TWIST][self._first_entity :] = twists
+        if self._user_rows or rows is not None:
+            self._take_rows(rows)
+        self._t = t
+        return float(t)
+
+    def _take_rows(self, rows: Rows | None) -> None:
+        m, d = len(self.constraints), len(self.joints)
+        A, demand, rate = (self._memory.real[b] for b in (Real.A, Real.DEMAND, Real.RATE))
+        A[m:], demand[m:], rate[m:] = 0.0, -np.inf, -np.inf
+        if rows is None:
+            return
+        jacobian = array(rows.jacobian, (None, d), "jacobian of rows")
+        k = len(jacobian)
+        if k > self._user_rows:
+            raise InputError(f"got {k} rows, expected at most {self._user_rows}; raise user_rows of the Controller")
+        margin = array(rows.margin, (k,), "margin of rows")
+        if not 0.0 < rows.eta * self.period <= 1.0:
+            raise InputError(f"eta of rows: expected 0 < eta T <= 1, got eta = {rows.eta} and T = {self.period}")
+        settings = self._memory.real[Real.SETTINGS]
+        A[m : m + k] = jacobian
+        demanded = np.minimum(-rows.eta * margin, settings[Setting.RECOVERY_LINEAR])
+        demand[m : m + k] = demanded - array(np.broadcast_to(rows.residual, k), (k,), "residual of rows")
+
+    def _with_backend(self, backend: Backend, t: float, row: int) -> None:
+        """As the compiled cycle, with another solver; where it finds no answer the kernel is asked."""
+        if compiled_cycle.prepare(*self._arguments) < State.HOLD:
+            again = 1
+            while again:
+                status = self._ask(backend)
+                again = compiled_cycle.judge(*self._arguments, int(status))
+        compiled_cycle.finish(*self._arguments, t, self.ring, row)
+
+    def _ask(self, backend: Backend) -> SolverStatus:
+        try:
+            status = backend.solve(self._v, self._multiplier)
+        except Exception:
+            status = SolverStatus.NOT_SOLVED
+        self._outcome[Slot.SOLVER] = status
+        if status == SolverStatus.OPTIMAL or self._outcome[Slot.RESOLVES] > 0:
+            return status
+        infeasible = status == SolverStatus.INFEASIBLE
+        status = SolverStatus(compiled_cycle.optimise(*self._arguments))
+        self._outcome[Slot.INFEASIBLE] = max(self._outcome[Slot.INFEASIBLE], int(infeasible))
+        if status == SolverStatus.OPTIMAL:
+            compiled_cycle.conclude(*self._arguments, State.DEGRADED, Reason.SECOND_SOLVER, -1)
+        return status
+
+    def _refuse(self, measurement: Any, error: Exception) -> Command:
+        """A FAULT command for inputs that could not even be read."""
+        self._outcome[:] = 0
+        self._outcome[Slot.STATE], self._outcome[Slot.REASON] = State.FAULT, Reason.MEASUREMENT
+        self._v[:], self._multiplier[:] = 0.0, 0.0
+        row, t = self.cycles % len(self.ring), getattr(measurement, "t", np.nan)
+        t = float(t) if isinstance(t, int | float) and np.isfinite(t) else self._t
+        compiled_cycle.finish(*self._arguments, t, self.ring, row)
+        self.cycles += 1
+        reason = str(error) if isinstance(error, InputError) else f"{type(error).__name__}: {error}"
+        zeros = np.zeros(len(self._names))
+        return Command(
+            np.zeros(len(self.joints)),
+            State.FAULT,
+            reason,
+            t + EXPIRY_PERIODS * self.period,
+            ByName(self._names, self._margin.copy()),
+            ByName(self._names, zeros),
+        )

@@ -1,0 +1,64 @@
+"""Why a command is not plain RUN, in words: which constraints conflict, how far they yield, what to do."""
+
+import numpy as np
+
+from vfi.memory import Memory, Real, Whole
+from vfi.outcome import Reason, Slot
+
+_TEXT = {
+    Reason.NOT_FINITE: "q, qdot, the reference or an entity is NaN or infinite",
+    Reason.REFERENCE: "the reference pose is not a unit dual quaternion",
+    Reason.SOLVER: "the solver found no answer that is finite",
+    Reason.HALVED: "re-solving did not keep all margins for a period; the command was scaled down",
+    Reason.ACCELERATION: "the acceleration limits yielded to position or velocity limits, or to a constraint",
+    Reason.SECOND_SOLVER: "the chosen solver found no answer; the active-set kernel did",
+}
+
+
+def conflict(memory: Memory, names: tuple[str, ...], joints: tuple[str, ...]) -> tuple[str, ...]:
+    """Names of the rows that contradict each other: constraints, "row k" for the user's, limits of joints."""
+    active, rows, d = memory.whole[Whole.ACTIVE], len(memory.real[Real.B]), len(joints)
+    out = []
+    for k in active[1 : 1 + active[0]]:
+        if k < len(names):
+            out.append(names[k])
+        elif k < rows:
+            out.append(f"row {k - len(names)}")
+        else:
+            out.append(f"{'lower' if k < rows + d else 'upper'} limit of {joints[(k - rows) % d]}")
+    return tuple(out)
+
+
+def slacks(memory: Memory, names: tuple[str, ...]) -> dict[str, float]:
+    """By how much each row that yielded falls short of its demand, per second."""
+    A, demand, v = memory.real[Real.A], memory.real[Real.DEMAND], memory.real[Real.V]
+    short = np.where(np.isfinite(demand), demand - A @ v, 0.0)
+    short[memory.real[Real.SLACK] == 0.0] = 0.0
+    labels = [*names, *(f"row {i}" for i in range(len(demand) - len(names)))]
+    return {labels[i]: float(short[i]) for i in np.flatnonzero(short > 1e-9)}
+
+
+def explain(memory: Memory, names: tuple[str, ...], joints: tuple[str, ...]) -> str:
+    """The reason of the last cycle's outcome, in one line."""
+    outcome, angular = memory.whole[Whole.OUTCOME], memory.whole[Whole.ANGULAR]
+    reason, where = Reason(int(outcome[Slot.REASON])), int(outcome[Slot.WHERE])
+
+    def unit(name: str) -> str:
+        return "rad" if name in names and angular[names.index(name)] else "m"
+
+    if reason == Reason.NO_ROW:
+        distance = memory.real[Real.DISTANCE][where]
+        return (
+            f'constraint "{names[where]}": its elements are at {distance:.3g} {unit(names[where])}, where the distance '
+            "has no gradient and no row can be written"
+        )
+    if reason == Reason.NOT_KEPT:
+        label = f'constraint "{names[where]}"' if where < len(names) else f"row {where - len(names)}"
+        return f"{label} would not be kept for a period, neither re-solved nor scaled down; standing still"
+    if reason == Reason.SLACK:
+        parts = [f"{name} by {value:.3g} {unit(name)}/s" for name, value in slacks(memory, names).items()]
+        return "constraints in conflict; these yield: " + (", ".join(parts) or "none measurably")
+    if reason == Reason.INFEASIBLE:
+        rows = ", ".join(conflict(memory, names, joints)) or "unknown"
+        return f"no velocity within the joint limits satisfies all rows; in conflict: {rows}; standing still"
+    return _TEXT.get(reason, "")

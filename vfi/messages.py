@@ -1,0 +1,90 @@
+"""What goes into a controller and what comes out of it, cycle by cycle."""
+
+from collections.abc import Iterator, Mapping
+from typing import NamedTuple
+
+import numpy as np
+from numpy.typing import ArrayLike
+
+from primitives.checks import Array, known
+from primitives.evaluate import Entity
+from vfi.outcome import State
+
+
+class Measurement(NamedTuple):
+    """What is known at the beginning of a cycle.
+
+    Attributes
+    ----------
+    t : seconds; must grow from cycle to cycle.
+    q, qdot : (n,) positions and velocities of all joints of the robot, rad and m.
+    wrench : (6,) [force; torque] of the hand, N and Nm, base axes, at the tool tip; None where not measured.
+    entities : every moving entity that the constraints refer to, by name.
+    stamps : when each of these was measured, seconds, by name; None where not known.
+    """
+
+    t: float
+    q: Array
+    qdot: Array
+    wrench: Array | None = None
+    entities: Mapping[str, Entity] | None = None
+    stamps: Mapping[str, float] | None = None
+
+
+class Rows(NamedTuple):
+    """Rows of the user's own, jacobian v >= -eta margin - residual, for the decided joints.
+
+    Attributes
+    ----------
+    jacobian : (k, d). margin : (k,), >= 0 where safe. eta : 1/s. residual : (k,) or one number.
+    """
+
+    jacobian: ArrayLike
+    margin: ArrayLike
+    eta: float = 1.0
+    residual: ArrayLike = 0.0
+
+
+class ByName(Mapping[str, float]):
+    """An array whose entries have names; making one costs nothing per entry."""
+
+    __slots__ = ("_names", "array")
+
+    def __init__(self, names: Mapping[str, int], array: Array):
+        self._names, self.array = names, array
+
+    def __getitem__(self, name: str) -> float:
+        return float(self.array[self._names[known("constraint", name, self._names)]])
+
+    def __iter__(self) -> Iterator[str]:
+        return iter(self._names)
+
+    def __len__(self) -> int:
+        return len(self._names)
+
+    def __array__(self, dtype: object = None, copy: bool | None = None) -> np.ndarray:
+        return self.array if dtype is None else self.array.astype(dtype)  # type: ignore[call-overload]
+
+    def __repr__(self) -> str:
+        return f"ByName({dict(self)})"
+
+
+class Command(NamedTuple):
+    """What a cycle commands.
+
+    Attributes
+    ----------
+    qdot : (d,) velocities of the decided joints, rad/s and m/s; always finite.
+    state : RUN, DEGRADED, HOLD or FAULT.
+    reason : empty in RUN; otherwise what yielded or what is wrong, in words.
+    expires : seconds; after this time the command must not be executed any more.
+    margins : of every constraint, metres or radians; those of the last usable cycle in FAULT.
+    multipliers : of every constraint, 0 where its row does not act.
+    """
+
+    qdot: Array
+    state: State
+    reason: str
+    expires: float
+    margins: ByName
+    multipliers: ByName

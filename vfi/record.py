@@ -1,0 +1,80 @@
+"""The record of a cycle: one row of floats with named columns, written by the compiled cycle into a ring."""
+
+from enum import IntEnum
+
+import numpy as np
+
+from primitives.checks import Array
+from primitives.compiled import compiled
+from vfi.memory import MEMORY, Memory, Real, Whole, integers, vector
+from vfi.outcome import Slot
+
+
+class Head(IntEnum):
+    """Columns that every record begins with; `cycle_us` is written by the controller."""
+
+    T = 0
+    CYCLE_US = 1
+
+
+HEADS = len(Head)
+
+_BLOCKS = (
+    ("q", Real.Q),
+    ("qdot", Real.V),
+    ("reference", Real.REFERENCE),
+    ("pose", Real.TIP),
+    ("error", Real.ERROR),
+    ("distance", Real.DISTANCE),
+    ("margin", Real.MARGIN),
+    ("slack", Real.SLACK),
+    ("multiplier", Real.MULTIPLIER),
+)
+
+
+def columns(memory: Memory) -> dict[str, slice]:
+    """Where each quantity stands in a record: "t", "cycle_us", the outcome's slots in lower case, and the blocks.
+
+    q (n,), qdot (d,), reference, pose and error (8,) or (d,), distance and margin (m,), slack (r,), multiplier
+    (r + 2d,): rows, lower bounds, upper bounds.
+    """
+    names = [h.name.lower() for h in Head] + [s.name.lower() for s in Slot]
+    out = {name: slice(i, i + 1) for i, name in enumerate(names)}
+    at = len(names)
+    for name, block in _BLOCKS:
+        size = memory.real[block].size
+        out[name] = slice(at, at + size)
+        at += size
+    return out
+
+
+def width(memory: Memory) -> int:
+    """Number of columns of a record."""
+    return max(int(s.stop) for s in columns(memory).values())
+
+
+@compiled("int64(float64[::1], float64[:,::1], int64, int64)")
+def _put(block: Array, ring: Array, row: int, at: int) -> int:
+    for i in range(block.shape[0]):
+        ring[row, at + i] = block[i]
+    return at + len(block)
+
+
+@compiled(f"void({MEMORY}, float64, float64[:,::1], int64)")
+def write_record(f: Array, fl: np.ndarray, w: np.ndarray, wl: np.ndarray, t: float, ring: Array, row: int) -> None:
+    """Write the record of this cycle to ring[row], in the order of `columns`."""
+    ring[row, Head.T] = t
+    ring[row, Head.CYCLE_US] = 0.0
+    outcome, at = integers(w, wl, Whole.OUTCOME), HEADS
+    for i in range(outcome.shape[0]):
+        ring[row, at + i] = outcome[i]
+    at += outcome.shape[0]
+    at = _put(vector(f, fl, Real.Q), ring, row, at)
+    at = _put(vector(f, fl, Real.V), ring, row, at)
+    at = _put(vector(f, fl, Real.REFERENCE), ring, row, at)
+    at = _put(vector(f, fl, Real.TIP), ring, row, at)
+    at = _put(vector(f, fl, Real.ERROR), ring, row, at)
+    at = _put(vector(f, fl, Real.DISTANCE), ring, row, at)
+    at = _put(vector(f, fl, Real.MARGIN), ring, row, at)
+    at = _put(vector(f, fl, Real.SLACK), ring, row, at)
+    _put(vector(f, fl, Real.MULTIPLIER), ring, row, at)
