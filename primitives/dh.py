@@ -5,7 +5,7 @@ from typing import TYPE_CHECKING, Literal, NamedTuple
 
 import numpy as np
 
-from primitives.checks import number
+from primitives.checks import array, number
 from primitives.errors import InputError, ModelError
 
 if TYPE_CHECKING:
@@ -57,24 +57,17 @@ def model_from_dh(rows: Sequence[DHRow], convention: Literal["standard", "modifi
         if row.kind not in ("revolute", "prismatic"):
             raise ModelError(f'joint{i}: expected "revolute" or "prismatic", got {row.kind!r}')
         alpha, a, theta, d = (number(getattr(row, field), f"joint{i}: {field}") for field in DHRow._fields[1:5])
-        if not row.lower < row.upper or not row.velocity > 0.0:
-            raise InputError(
-                f"joint{i}: expected lower < upper and velocity > 0, got {row.lower}, {row.upper}, {row.velocity}"
-            )
+        lower, upper, velocity = (
+            array(getattr(row, field), (), f"joint{i}: {field}", finite=False) for field in DHRow._fields[5:]
+        )
+        if not lower < upper or not velocity > 0.0:
+            raise InputError(f"joint{i}: expected lower < upper and velocity > 0, got {lower}, {upper} and {velocity}")
         link = pin.SE3(pin.utils.rotate("x", alpha), np.array([a, 0.0, 0.0]))
         motion = pin.SE3(pin.utils.rotate("z", theta), np.array([0.0, 0.0, d]))
         placement = link * motion if convention == "modified" else before * motion
         joint = pin.JointModelPZ() if row.kind == "prismatic" else pin.JointModelRZ()
-        parent = model.addJoint(
-            parent,
-            joint,
-            placement,
-            f"joint{i}",
-            np.array([np.inf]),
-            np.array([row.velocity]),
-            np.array([row.lower]),
-            np.array([row.upper]),
-        )
+        bounds = (bound.reshape(1) for bound in (velocity, lower, upper))
+        parent = model.addJoint(parent, joint, placement, f"joint{i}", np.array([np.inf]), *bounds)
         before = pin.SE3.Identity() if convention == "modified" else link
         model.addFrame(pin.Frame(f"frame{i}", parent, 0, before, pin.FrameType.OP_FRAME))
     return model

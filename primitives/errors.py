@@ -29,8 +29,9 @@ class UnknownNameError(InputError):
 
     def __init__(self, kind: str, name: str, known: Iterable[str]):
         self.kind, self.name, self.known = kind, name, sorted(known)
-        near = get_close_matches(name, self.known, n=1) or get_close_matches(name.lower(), self.known, n=1)
-        hint = f' Did you mean "{near[0]}"?' if near else ""
+        folded = {k.casefold(): k for k in self.known}
+        near = get_close_matches(name, self.known, n=1) or get_close_matches(name.casefold(), folded, n=1)
+        hint = f' Did you mean "{folded.get(near[0], near[0])}"?' if near else ""
         listing = ", ".join(self.known) if self.known else "none are declared"
         super().__init__(f'unknown {kind} "{name}".{hint} Known: {listing}.')
 

@@ -70,7 +70,7 @@ def _to_z(axis: Array) -> Array:
 
 
 def _twelve(rotation: Array, translation: Array) -> Array:
-    return np.r_[np.asarray(rotation).ravel(), translation]
+    return np.concatenate([np.asarray(rotation).ravel(), translation])
 
 
 def flatten(model: pin.Model, frames: Sequence[str]) -> FlatModel:

@@ -67,7 +67,8 @@ class Kinematics(NamedTuple):
 
     def jacobian(self, frame: str) -> Array:
         """(6, n) [linear; angular] of the frame's origin, world axes."""
-        return self.jacobians[self.place(frame)]
+        out: Array = self.jacobians[self.place(frame)]
+        return out
 
 
 @compiled("void(float64[:,::1], int64, float64[:,::1], int64, float64[:,::1], int64)")

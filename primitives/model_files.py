@@ -26,7 +26,7 @@ _one_at_a_time = threading.Lock()
 def _read(path: Path, root: str, format_name: str) -> tuple[str, ElementTree.Element]:
     """Text and root element of an XML file."""
     try:
-        text = path.read_text(encoding="utf-8-sig")
+        text = path.read_text(encoding="utf-8")
     except (OSError, UnicodeDecodeError) as error:
         raise FileError(str(path), f"cannot be read as a {format_name} file ({error})") from None
     if "<!ENTITY" in text:

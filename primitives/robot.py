@@ -138,8 +138,10 @@ class Robot:
             branch = pin.Model(arm.model)
             for i in range(1, branch.njoints):
                 branch.names[i] = f"{prefix}/{branch.names[i]}"
-            for i in range(1, branch.nframes):
-                branch.frames[i].name = f"{prefix}/{branch.frames[i].name}"
+            for frame in (branch.frames[i] for i in range(1, branch.nframes)):
+                # appendModel looks names up and fails where a link and a joint share one: the type sets them apart.
+                mark = "" if frame.type == pin.FrameType.JOINT else f"{frame.type}:"
+                frame.name = f"{mark}{prefix}/{frame.name}"
             placement = pin.SE3(dq.rotation_matrix(pose), dq.translation(pose))
             model = pin.appendModel(model, branch, 0, placement)
             groups[prefix] = tuple(f"{prefix}/{j}" for j in arm.joints)
@@ -147,6 +149,8 @@ class Robot:
                 if group != "all":
                     groups[f"{prefix}/{group}"] = tuple(f"{prefix}/{j}" for j in joints)
             parts.append((prefix, arm))
+        for frame in (model.frames[i] for i in range(1, model.nframes)):
+            frame.name = frame.name.removeprefix(f"{frame.type}:")
         first, tool = parts[0]
         robot = cls.from_model(name, model, f"{first}/{tool.tip}")
         stacked = {f"{p}/{j}": [row[i] for row in a.limits] for p, a in parts for i, j in enumerate(a.joints)}

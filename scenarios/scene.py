@@ -1,15 +1,33 @@
 """`Scene`: a robot, where it starts, what must never happen, what it should do, for how long."""
 
+import re
 from collections.abc import Mapping
 from dataclasses import dataclass, field, replace
 from typing import Any, Self
 
 from primitives.checks import array, known, number
 from primitives.constraint import ConstraintSet
+from primitives.errors import InputError
 from primitives.robot import Robot
 from scenarios.robots import robots
 from scenarios.trajectory import PoseTrajectory
 from vfi.tasks import PoseTask
+
+MAX_CYCLES = 10_000_000
+
+
+def check_name(name: str) -> str:
+    """A name that may also name a file; raises InputError."""
+    if not isinstance(name, str) or not re.fullmatch("[A-Za-z0-9][A-Za-z0-9._-]{0,63}", name):
+        raise InputError(f"name of a scene: expected 1 to 64 letters, digits, '.', '_' or '-', got {name!r:.80}")
+    return name
+
+
+def check_duration(duration: float, period: float) -> float:
+    """A duration of at most `MAX_CYCLES` periods, seconds; raises InputError."""
+    if duration > MAX_CYCLES * period:
+        raise InputError(f"expected at most {MAX_CYCLES} periods of {period:g} s, got a duration of {duration:g} s")
+    return duration
 
 
 @dataclass(frozen=True)
@@ -18,7 +36,7 @@ class Scene:
 
     Attributes
     ----------
-    name, summary : shown to people; a run calls its scene by the name.
+    name, summary : shown to people; a run calls its scene and its files by the name.
     robot : a registered robot.
     group : joint group whose velocities are decided.
     start : (n,) first configuration of all joints, rad and m.
@@ -26,7 +44,7 @@ class Scene:
     task : what the tool does; reference : its reference.
     eta : gain of the inequalities, 1/s, one number or {constraint: gain} with "" for the others.
     limit_eta : gain of the joint-position limits, 1/s.
-    period : T, seconds. duration : seconds.
+    period : T, seconds. duration : seconds, at most `MAX_CYCLES` periods.
     limits : {joint: (lower, upper)} where they differ from the robot's.
 
     Raises
@@ -49,9 +67,22 @@ class Scene:
     limits: Mapping[str, tuple[float, float]] = field(default_factory=dict)
 
     def __post_init__(self) -> None:
+        check_name(self.name)
         known("robot", self.robot, robots.names())
-        number(self.period, f"period of scene {self.name}", positive=True)
-        number(self.duration, f"duration of scene {self.name}", positive=True)
+        start = array(self.start, (None,), f"start of scene {self.name}")
+        object.__setattr__(self, "start", tuple(start.tolist()))
+        for what in ("period", "duration", "limit_eta"):
+            number(getattr(self, what), f"{what} of scene {self.name}", positive=True)
+        check_duration(self.duration, self.period)
+        for constraint, gain in self.eta.items() if isinstance(self.eta, Mapping) else [("", self.eta)]:
+            if constraint:
+                known("constraint", constraint, self.constraints.names)
+            number(gain, f"eta of scene {self.name}", positive=True)
+        for joint, (lower, upper) in self.limits.items():
+            if not lower < upper:
+                raise InputError(
+                    f"limits of {joint} in scene {self.name}: expected lower < upper, got {lower}, {upper}"
+                )
 
     def build_robot(self) -> Robot:
         """The robot with the scene's limits; raises where the scene does not fit it."""

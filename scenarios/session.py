@@ -1,5 +1,6 @@
 """Several runs in one go: everything is checked before the first one starts, and before anything is written."""
 
+import json
 from collections.abc import Sequence
 from contextlib import nullcontext
 from dataclasses import dataclass
@@ -7,7 +8,6 @@ from pathlib import Path
 from typing import Any
 
 from primitives.errors import FileError, InputError
-from scenarios.analysis.figures import draw_all
 from scenarios.analysis.metrics import summary
 from scenarios.analysis.trace import Trace
 from scenarios.robots import robots
@@ -98,7 +98,7 @@ def _bar() -> Any:
 
 def write_results(traces: Sequence[Trace], out: Path) -> list[Path]:
     """Write summary.json and the figures beside the traces; returns what was written."""
-    import json
+    from scenarios.analysis.figures import draw_all
 
     table = out / "summary.json"
     table.write_text(json.dumps([summary(trace) for trace in traces], indent=2) + "\n", encoding="utf-8")

@@ -4,22 +4,39 @@ from collections.abc import Sequence
 from pathlib import Path
 from typing import Any
 
+from rich.box import SIMPLE_HEAD
 from rich.console import Console
 from rich.table import Table
+
+
+PIPED_WIDTH = 120
+"""Columns of the table where nobody sits at a terminal: nothing is cut off in a file."""
 
 
 def print_results(results: Sequence[dict[str, Any]], files: Sequence[Path] = ()) -> None:
     """Print one row a run: the smallest margin of every constraint, the violated ones marked, and what it took."""
     names = list(dict.fromkeys(n for r in results for key in ("min_margin_m", "min_margin_rad") for n in r[key]))
     first = results[0]
-    title = f"smallest margins, {first['solver']}, T = {first['period_s'] * 1e3:g} ms, guard {first['guard']}"
-    table = Table(title=title, title_justify="left", caption="bold and x: violated", caption_justify="left")
-    table.add_column("scene")
+    title = f"smallest margins in mm: {first['solver']}, T = {first['period_s'] * 1e3:g} ms, guard {first['guard']}"
+    caption = (
+        "x: violated; infeas., guard: cycles; error: largest |vec8(x - x_d)|; acc.: rms of the joints' acceleration over "
+        "the last 2 s; time: median of a cycle, us"
+    )
+    table = Table(
+        title=title,
+        title_justify="left",
+        caption=caption,
+        caption_justify="left",
+        box=SIMPLE_HEAD,
+        padding=(0, 1, 0, 0),
+        pad_edge=False,
+    )
+    table.add_column("scene", no_wrap=True)
     for name in names:
-        unit = "mm" if any(name in r["min_margin_m"] for r in results) else "deg"
-        table.add_column(f"{name} [{unit}]".replace("[", r"\["), justify="right")
-    for column in ("infeasible", "guard acted", "error max", "error rms", "acc. rms", "cycle \\[us]"):
-        table.add_column(column, justify="right")
+        metric = any(name in r["min_margin_m"] for r in results)
+        table.add_column(name if metric else f"{name} in deg", justify="right", no_wrap=True)
+    for column in ("infeas.", "guard", "error", "acc.", "time"):
+        table.add_column(column, justify="right", no_wrap=True)
     for r in results:
         cells = [_margin(r, name) for name in names]
         table.add_row(
@@ -27,12 +44,13 @@ def print_results(results: Sequence[dict[str, Any]], files: Sequence[Path] = ())
             *cells,
             str(r["infeasible_cycles"]),
             str(r["guard_interventions"]),
-            f"{r['task_error']['max']:.2e}",
-            f"{r['task_error']['rms']:.2e}",
-            f"{r['acceleration_rms_last_2s']:.3g}",
+            f"{r['task_error']['max']:.1e}",
+            f"{r['acceleration_rms_last_2s']:.2g}",
             f"{r['cycle_us']['median']:.0f}",
         )
     console = Console()
+    if not console.is_terminal:
+        console.width = PIPED_WIDTH
     console.print(table)
     for file in files:
         console.print(f"  {file}", highlight=False)

@@ -18,10 +18,19 @@ class Waypoint:
     ----------
     position : (3,) metres, world.
     rotation : (3,) rotation vector in the world, radians, applied on the left of the first orientation.
+
+    Raises
+    ------
+    InputError : values of another shape, or not finite.
     """
 
     position: tuple[float, float, float]
     rotation: tuple[float, float, float] = (0.0, 0.0, 0.0)
+
+    def __post_init__(self) -> None:
+        for name in ("position", "rotation"):
+            value = array(getattr(self, name), (3,), f"{name} of Waypoint")
+            object.__setattr__(self, name, tuple(value.tolist()))
 
 
 @dataclass(frozen=True)
@@ -30,19 +39,20 @@ class PoseTrajectory:
 
     Raises
     ------
-    InputError : no waypoint, values of another shape or not finite, a time that is not > 0.
+    InputError : no waypoint, something that is none, or a time that is not > 0.
     """
 
     waypoints: tuple[Waypoint, ...]
     segment: float
 
     def __post_init__(self) -> None:
+        object.__setattr__(self, "waypoints", tuple(self.waypoints))
         if not self.waypoints:
             raise InputError("PoseTrajectory: expected at least one waypoint, got none")
+        for waypoint in self.waypoints:
+            if not isinstance(waypoint, Waypoint):
+                raise InputError(f"PoseTrajectory: expected a Waypoint, got {waypoint!r}")
         number(self.segment, "segment of PoseTrajectory, seconds", positive=True)
-        for i, w in enumerate(self.waypoints):
-            array(w.position, (3,), f"position of waypoint {i + 1}")
-            array(w.rotation, (3,), f"rotation of waypoint {i + 1}")
 
     def poses(self, first_orientation: ArrayLike) -> Array:
         """(k, 8) unit dual quaternions of the waypoints, for a first orientation (4,) [w x y z]."""

@@ -162,8 +162,8 @@ class Controller:
 
     def _take_rows(self, rows: Rows | None) -> None:
         m, d = len(self.constraints), len(self.joints)
-        A, demand, rate = (self._memory.real[b] for b in (Real.A, Real.DEMAND, Real.RATE))
-        A[m:], demand[m:], rate[m:] = 0.0, -np.inf, -np.inf
+        A, demand = self._memory.real[Real.A], self._memory.real[Real.DEMAND]
+        A[m:], demand[m:] = 0.0, -np.inf
         if rows is None:
             return
         jacobian = array(rows.jacobian, (None, d), "jacobian of rows")

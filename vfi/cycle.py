@@ -247,6 +247,22 @@ def violation(f: Array, fl: np.ndarray, w: np.ndarray, wl: np.ndarray) -> float:
     return max(bounds, worst_defect(defect, tolerance[:rows]))
 
 
+@compiled("void(float64[::1], int64[:,::1], float64[::1])")
+def raise_demands(f: Array, fl: np.ndarray, v: Array) -> None:
+    """Put the measured defect on the right-hand side of each row that failed, above what the row has at v.
+
+    A row that is not active at v has room to spare, which the defect alone would not use up.
+    """
+    A, b = matrix(f, fl, Real.A), vector(f, fl, Real.B)
+    defect, tolerance = vector(f, fl, Real.DEFECT), vector(f, fl, Real.TOLERANCE)
+    for i in range(b.shape[0]):
+        if defect[i] > tolerance[i]:
+            value = 0.0
+            for j in range(v.shape[0]):
+                value += A[i, j] * v[j]
+            b[i] = max(b[i], value) + defect[i]
+
+
 @compiled(f"int64({MEMORY}, int64)")
 def judge(f: Array, fl: np.ndarray, w: np.ndarray, wl: np.ndarray, solver: int) -> int:
     """Verify V and decide what becomes of it; returns 1 when the program, now raised, is to be solved again."""
@@ -268,10 +284,7 @@ def judge(f: Array, fl: np.ndarray, w: np.ndarray, wl: np.ndarray, solver: int) 
         candidate[:] = v
         if outcome[Slot.RESOLVES] < RESOLVES:
             outcome[Slot.RESOLVES] += 1
-            b, defect, tolerance = vector(f, fl, Real.B), vector(f, fl, Real.DEFECT), vector(f, fl, Real.TOLERANCE)
-            for i in range(b.shape[0]):
-                if defect[i] > tolerance[i]:
-                    b[i] += defect[i]
+            raise_demands(f, fl, v)
             return 1
     v[:] = candidate
     for _ in range(HALVINGS):

@@ -127,7 +127,7 @@ def lower(robot: Robot, constraints: ConstraintSet, task: Task, group: str, sett
     real[Real.TOLERANCE][m:rows] = TOLERANCE_LINEAR
     real[Real.TOLERANCE][rows:] = np.where(slides, TOLERANCE_LINEAR, TOLERANCE_ANGULAR)
     real[Real.LIMITS][:] = [limit[decided] for limit in robot.limits]
-    real[Real.DEMAND][m:], real[Real.RATE][m:] = -np.inf, -np.inf
+    real[Real.DEMAND][m:] = -np.inf
 
     chosen = real[Real.SETTINGS]
     chosen[Setting.PERIOD], chosen[Setting.LIMIT_GAIN] = period, limit_gain

@@ -6,6 +6,7 @@ what a killed run leaves behind loads up to its last complete block.
 """
 
 import json
+import struct
 from collections.abc import Mapping
 from dataclasses import dataclass
 from pathlib import Path
@@ -108,13 +109,14 @@ class Trace:
                 complete = True
         except OSError as error:
             raise FileError(str(path), f"cannot be read ({error})") from None
-        except (McapError, ValueError, EOFError) as error:
+        except (McapError, ValueError, EOFError, struct.error) as error:
             if header is None:
                 raise FileError(str(path), f"not a trace of this project ({type(error).__name__}: {error})") from None
         if header is None or not columns:
             raise FileError(str(path), "not a trace of this project: it names no columns")
         width = max(place.stop for place in columns.values())
-        records = np.frombuffer(b"".join(blocks), dtype="<f8").reshape(-1, width)
+        whole = [block for block in blocks if len(block) % (8 * width) == 0]
+        records = np.frombuffer(bytearray().join(whole), dtype="<f8").reshape(-1, width)
         return cls(header, columns, records, complete)
 
     def __getitem__(self, quantity: str) -> Array:

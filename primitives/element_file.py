@@ -1,0 +1,133 @@
+"""How an element stands in a file.
+
+A `kind` (point, line, plane or segment) with its geometry, metres, in the coordinates of what it is attached to: a
+robot's `frame`, a moving `entity`, or the world where neither is given.
+
+    point    position
+    line     point (default: the origin), direction (default: z), of any length but zero
+    plane    point, normal, of any length but zero
+    segment  start, end
+    any      dual_quaternion, eight numbers, in place of the above (and a segment's length)
+"""
+
+from typing import Annotated, Any
+
+import numpy as np
+from pydantic import AfterValidator, Field, PlainValidator, ValidationInfo
+
+from primitives.elements import WORLD, Element, Line, Plane, Point, Segment
+from primitives.errors import InputError, UnknownNameError
+from primitives.file_model import FileModel, Numbers, Text, Vector, check_text, problem_at, refers_to, show
+
+
+def _direction(value: list[float]) -> list[float]:
+    if not np.linalg.norm(value) >= 1e-9:
+        raise InputError(f"expected a direction, got {value}, of length 0 (below 1e-9)")
+    return value
+
+
+Direction = Annotated[Vector, AfterValidator(_direction)]
+
+
+class _Attached(FileModel):
+    kind: str
+    frame: Annotated[Text, refers_to("frame")] = WORLD
+    entity: Text | None = None
+
+    def build(self) -> Element:
+        raise NotImplementedError
+
+
+class _Point(_Attached):
+    position: Vector
+
+    def build(self) -> Element:
+        return Point.at(self.position, frame=self.frame, entity=self.entity)
+
+
+class _Line(_Attached):
+    point: Vector = Field(default=[0.0, 0.0, 0.0])
+    direction: Direction = Field(default=[0.0, 0.0, 1.0])
+
+    def build(self) -> Element:
+        return Line.through(self.point, self.direction, frame=self.frame, entity=self.entity)
+
+
+class _Plane(_Attached):
+    point: Vector
+    normal: Direction
+
+    def build(self) -> Element:
+        return Plane.through(self.point, self.normal, frame=self.frame, entity=self.entity)
+
+
+class _Segment(_Attached):
+    start: Vector
+    end: Vector
+
+    def build(self) -> Element:
+        _direction((np.array(self.end) - self.start).tolist())
+        return Segment.between(self.start, self.end, frame=self.frame, entity=self.entity)
+
+
+class _Exact(_Attached):
+    dual_quaternion: Numbers
+    length: float = 0.0
+
+    def build(self) -> Element:
+        try:
+            return _ELEMENTS[self.kind](np.array(self.dual_quaternion), self.frame, self.entity, self.length)
+        except InputError as error:
+            raise problem_at(("dual_quaternion",), str(error)) from None
+
+
+_SHAPES: dict[str, type[_Attached]] = {"point": _Point, "line": _Line, "plane": _Plane, "segment": _Segment}
+_ELEMENTS: dict[str, type[Element]] = {e.kind: e for e in (Point, Line, Plane, Segment)}
+
+
+def _element(data: Any, info: ValidationInfo) -> Element:
+    if not isinstance(data, dict):
+        raise InputError(f"expected keys and values, e.g. {{kind: line, frame: ...}}, got {show(data)}")
+    kind = data.get("kind")
+    if not isinstance(kind, str):
+        raise problem_at(("kind",), f"expected one of {', '.join(sorted(_SHAPES))}, got {show(kind)}")
+    if kind not in _SHAPES:
+        raise problem_at(("kind",), str(UnknownNameError("kind of element", kind[:60], _SHAPES)))
+    model = _Exact if "dual_quaternion" in data else _SHAPES[kind]
+    return model.model_validate(data, context=info.context).build()
+
+
+ElementField = Annotated[Element, PlainValidator(_element)]
+"""An element in a file; the names given to `validate` as "frame" are the frames it may refer to."""
+
+
+def element_data(element: Element) -> dict[str, Any]:
+    """The element as plain data: its geometry where that gives it back to the bit, else its dual quaternion.
+
+    Raises
+    ------
+    InputError : no point, line, plane or segment, or the name of a frame or entity that a file cannot hold.
+    """
+    if element.kind not in _ELEMENTS:
+        raise InputError(f"cannot write a {type(element).__name__} to a file; use Point, Line, Plane or Segment")
+    place: dict[str, Any] = {"kind": element.kind}
+    if element.entity is not None:
+        place["entity"] = check_text(element.entity)
+    elif element.frame != WORLD:
+        place["frame"] = check_text(element.frame)
+    readable = {**place, **_shape(element)}
+    again = _SHAPES[element.kind].model_validate(readable).build()
+    if again == element and again.dual_quaternion.tobytes() == element.dual_quaternion.tobytes():
+        return readable
+    exact = {**place, "dual_quaternion": element.dual_quaternion.tolist()}
+    return {**exact, "length": float(element.length)} if element.length else exact
+
+
+def _shape(element: Element) -> dict[str, list[float]]:
+    geometry = element.geometry
+    point, direction = geometry[:3], geometry[3:6]
+    if element.kind == "point":
+        return {"position": point.tolist()}
+    if element.kind == "segment":
+        return {"start": point.tolist(), "end": (point + geometry[6] * direction).tolist()}
+    return {"point": point.tolist(), "direction" if element.kind == "line" else "normal": direction.tolist()}

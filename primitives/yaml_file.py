@@ -1,0 +1,175 @@
+"""YAML files, which may be hostile, to plain data and the line where each value stands.
+
+Refused, each with its line: a key given twice, anchors, aliases and tags, numbers that are not finite, control
+characters, a second document, and what is too large or too deep to have been written by hand.
+"""
+
+import re
+import stat
+from collections.abc import Iterator
+from pathlib import Path
+from typing import Any
+
+import yaml
+
+from primitives.document import Document, Mark, Problem, ValuePath, in_words, printable, refuse
+from primitives.errors import FileError, InputError
+from primitives.yaml_scalars import resolve
+
+MAX_BYTES = 1_000_000
+MAX_DEPTH = 32
+MAX_VALUES = 100_000
+
+_PARSER: Any = getattr(yaml, "CSafeLoader", yaml.SafeLoader)
+# U+0085, U+2028 and U+2029 end a line for YAML but not for the editor by whose line numbers people go.
+_UNPRINTABLE = re.compile("[^\t\n\r -~\xa0-\u2027\u202a-\ud7ff\ue000-\ufffd\U00010000-\U0010ffff]")
+_LINE_END = re.compile("\r\n|\r|\n")
+
+
+def read(path: str | Path) -> Document:
+    """The document of a file.
+
+    Raises
+    ------
+    FileError : missing, no ordinary file, larger than `MAX_BYTES`, not UTF-8, or not YAML. What is wrong with single
+        values is left to the document's problems, so that it can be told together with what else is wrong.
+    """
+    file = printable(str(path))
+    try:
+        mode = Path(path).stat().st_mode
+        if not stat.S_ISREG(mode):
+            raise FileError(file, f"is {'a folder' if stat.S_ISDIR(mode) else 'no ordinary file'}; name a YAML file")
+        with Path(path).open("rb") as stream:
+            raw = stream.read(MAX_BYTES + 1)
+    except FileNotFoundError:
+        raise FileError(file, "there is no such file; check the path") from None
+    except (OSError, ValueError) as error:
+        reason = getattr(error, "strerror", None) or error
+        raise FileError(file, f"cannot be read ({reason}); check the path and its permissions") from None
+    if len(raw) > MAX_BYTES:
+        raise FileError(file, f"is larger than {MAX_BYTES // 1000} kB, the most that is read; is it the right file?")
+    try:
+        text = raw.decode("utf-8-sig")
+    except UnicodeDecodeError as error:
+        line = raw.count(b"\n", 0, error.start) + 1
+        raise FileError(
+            f"{file}:{line}", f"byte 0x{raw[error.start]:02x} is not UTF-8; save the file as UTF-8"
+        ) from None
+    return parse(text, file)
+
+
+def parse(text: str, file: str) -> Document:
+    """The document in a text; `file` is what errors call it. Raises FileError where it is not YAML."""
+    builder = _Builder(text, file)
+    if odd := _UNPRINTABLE.search(text):
+        mark = Mark(file, len(_LINE_END.findall(text, 0, odd.start())) + 1)
+        refuse([Problem(mark, (), f"character U+{ord(odd[0]):04X} is not allowed here; delete it")])
+    try:
+        data = builder.document()
+    except _UnreadableError:
+        refuse(builder.problems)
+    except yaml.MarkedYAMLError as error:
+        builder.problems.append(_syntax(error, text, file))
+        refuse(builder.problems)
+    except (yaml.YAMLError, ValueError, OverflowError) as error:
+        refuse([*builder.problems, Problem(Mark(file, 0), (), f"is not YAML ({error})")])
+    return Document(data, builder.marks, tuple(builder.problems))
+
+
+def _syntax(error: yaml.MarkedYAMLError, text: str, file: str) -> Problem:
+    at, begun = error.problem_mark, error.context_mark
+    since, hint = "", "check this line and the one above"
+    if begun is not None and (at is None or not text[at.index :].strip()):
+        at, hint = begun, "what begins here has no end; check quotes and brackets"
+    elif begun is not None:
+        since = f", {error.context} that begins in line {begun.line + 1}"
+    if "mapping values" in str(error.problem):
+        hint = 'check the indentation, and put text that holds ": " in quotes'
+    line = at.line if at is not None else 0
+    content = _LINE_END.split(text)[line]
+    mark = Mark(file, line + 1)
+    if "\t" in content[: len(content) - len(content.lstrip())]:
+        return Problem(mark, (), "a tab indents this line; YAML is indented with spaces")
+    return Problem(mark, (), f"not YAML: {error.problem}{since}; {hint}")
+
+
+class _UnreadableError(Exception):
+    """Nothing more can be read; the problems say why."""
+
+
+class _Builder:
+    """Plain data from the parser's events, without building the parser's own tree."""
+
+    def __init__(self, text: str, file: str):
+        self.marks: dict[ValuePath, Mark] = {(): Mark(file, 1)}
+        self.problems: list[Problem] = []
+        self._file, self._values = file, 0
+        self._events: Iterator[Any] = iter(yaml.parse(text, Loader=_PARSER))
+
+    def _report(self, event: Any, path: ValuePath, message: str) -> None:
+        field = in_words(path)
+        mark = Mark(self._file, event.start_mark.line + 1)
+        self.problems.append(Problem(mark, path, f"{field}: {message}" if field else message))
+
+    def _stop(self, event: Any, message: str) -> None:
+        self._report(event, (), message)
+        raise _UnreadableError
+
+    def document(self) -> Any:
+        next(self._events)
+        first = next(self._events)
+        data = None if isinstance(first, yaml.StreamEndEvent) else self._value(next(self._events), ())
+        if data is None and not self.problems:
+            self._stop(first, "the file is empty; expected keys and values")
+        for event in self._events:
+            if isinstance(event, yaml.DocumentStartEvent):
+                self._stop(event, "a second document begins here; put it in a file of its own")
+        return data
+
+    def _value(self, event: Any, path: ValuePath) -> Any:
+        self._values += 1
+        if self._values > MAX_VALUES:
+            self._stop(event, f"more than {MAX_VALUES} values, the most that are read; is it the right file?")
+        if len(path) > MAX_DEPTH:
+            self._stop(event, f"lists and keys are nested more than {MAX_DEPTH} deep; flatten them")
+        self.marks.setdefault(path, Mark(self._file, event.start_mark.line + 1))
+        if isinstance(event, yaml.AliasEvent):
+            return self._report(event, path, f"alias *{event.anchor} is not allowed; write the value out")
+        if event.anchor is not None:
+            self._report(event, path, f"anchor &{event.anchor} is not allowed; remove it")
+        if event.tag is not None:
+            self._report(event, path, f"tag {event.tag[:40]} is not allowed; remove it")
+        if isinstance(event, yaml.ScalarEvent):
+            return self._scalar(event, path)
+        return self._list(path) if isinstance(event, yaml.SequenceStartEvent) else self._mapping(path)
+
+    def _scalar(self, event: Any, path: ValuePath) -> Any:
+        if event.style:
+            return event.value
+        try:
+            return resolve(event.value)
+        except InputError as error:
+            return self._report(event, path, str(error))
+
+    def _list(self, path: ValuePath) -> list[Any]:
+        out: list[Any] = []
+        while not isinstance(event := next(self._events), yaml.SequenceEndEvent):
+            out.append(self._value(event, (*path, len(out))))
+        return out
+
+    def _mapping(self, path: ValuePath) -> dict[str, Any]:
+        out: dict[str, Any] = {}
+        while not isinstance(event := next(self._events), yaml.MappingEndEvent):
+            key = event.value if isinstance(event, yaml.ScalarEvent) and event.anchor is None else None
+            if key is None or (not key and not event.style):
+                self._report(event, path, "expected plain text as a key")
+                self._value(event, (*path, "?"))
+                self._value(next(self._events), (*path, "?"))
+            elif key in out:
+                first = self.marks[(*path, key)].line
+                self._report(event, (*path, key), f"this key stands in line {first} already; keep one of the two")
+                self._value(next(self._events), (*path, key))
+            else:
+                self.marks[(*path, key)] = Mark(self._file, event.start_mark.line + 1)
+                out[key] = self._value(next(self._events), (*path, key))
+        return out

@@ -1,0 +1,97 @@
+"""YAML <-> `Scene`, without loss.
+
+A file may build on another of its folder: ``base: neurosurgery.yaml`` takes every key from there that the file does
+not give itself. ``enforce: [C1, C2]`` chooses which constraints are enforced; the others are watched.
+"""
+
+from pathlib import Path
+from typing import Any
+
+from primitives.document import Document, Problem, refuse
+from primitives.errors import InputError, UnknownNameError
+from primitives.file_model import Names, show, validate
+from primitives.spec import declared_names
+from primitives.yaml_file import read
+from primitives.yaml_scalars import write
+from scenarios.robots import robots
+from scenarios.scene import Scene
+from scenarios.scene_model import SceneModel, scene_data
+from scenarios.scenes import scene_path
+
+MAX_FILES = 4
+"""Most files that one scene may be spread over."""
+
+
+def load_scene(path_or_name: str | Path) -> Scene:
+    """A scene by its name, or from a file: whatever is a Path or ends in ".yaml" or ".yml".
+
+    Raises
+    ------
+    FileError : everything that is wrong with the file and its bases, a line each, with file and line.
+    UnknownNameError : no such scene.
+    """
+    is_file = isinstance(path_or_name, Path) or path_or_name.endswith((".yaml", ".yml"))
+    document = _with_bases(Path(path_or_name) if is_file else scene_path(str(path_or_name)), ())
+    model = validate(SceneModel, document, _names(document.data))
+    try:
+        return model.build()
+    except InputError as error:
+        refuse([Problem(document.mark(()), (), str(error))])
+
+
+def dump_scene(scene: Scene) -> str:
+    """The scene as YAML, on no base: what is loaded from it is equal to the scene.
+
+    Raises
+    ------
+    InputError : a text that a file cannot hold: empty, over 200 characters, or with control characters.
+    """
+    return write(scene_data(scene))
+
+
+def _with_bases(path: Path, users: tuple[Path, ...]) -> Document:
+    """The document of a file, with the keys of its base that it does not give itself."""
+    document = read(path)
+    if not isinstance(document.data, dict) or "base" not in document.data:
+        return document
+    try:
+        base = _base(path, document.data["base"], (*users, path))
+    except InputError as error:
+        mark = document.mark(("base",))
+        refuse([*document.problems, Problem(mark, ("base",), f"base: {error}")])
+    below = _with_bases(base, (*users, path))
+    if not isinstance(below.data, dict):
+        refuse([Problem(below.mark(()), (), f"expected keys and values, got {show(below.data)}")])
+    own = {key: value for key, value in document.data.items() if key != "base"}
+    inherited = {place: mark for place, mark in below.marks.items() if place and place[0] not in own}
+    return Document(below.data | own, inherited | dict(document.marks), document.problems + below.problems)
+
+
+def _base(path: Path, name: Any, users: tuple[Path, ...]) -> Path:
+    """The file called name beside a file; no other place can be reached."""
+    if not isinstance(name, str):
+        raise InputError(f"expected the name of a file in the same folder, got {show(name)}")
+    beside = sorted(p.name for p in path.parent.glob("*.yaml"))
+    if name not in beside:
+        raise UnknownNameError("file in this folder", name[:100], beside)
+    base = path.parent / name
+    if base.resolve().parent != path.parent.resolve():
+        raise InputError(f"{name} is a link out of this folder; copy the file here")
+    if base.resolve() in [user.resolve() for user in users]:
+        raise InputError(f"{' -> '.join(p.name for p in (*users, base))} goes in a circle; remove one of these bases")
+    if len(users) >= MAX_FILES:
+        raise InputError(
+            f"{' -> '.join(p.name for p in (*users, base))}: expected at most {MAX_FILES} files; join some"
+        )
+    return base
+
+
+def _names(data: Any) -> Names:
+    """What the keys of a scene may refer to; the data need not be right."""
+    if not isinstance(data, dict):
+        return {}
+    names: Names = {"constraint": [name for name in declared_names(data.get("constraints")) if name is not None]}
+    if data.get("robot") not in robots.names():
+        return names
+    robot = robots[data["robot"]].build()
+    return {**names, "frame": robot.frames, "joint": robot.joints, "joint group": list(robot.groups)}

@@ -1,0 +1,149 @@
+"""What a scene file may hold: models of its keys, and a scene as plain data."""
+
+from collections.abc import Mapping
+from typing import Annotated, Any
+
+import numpy as np
+from numpy.typing import ArrayLike
+from pydantic import AfterValidator, Field, PlainValidator, TypeAdapter, ValidationInfo
+
+from primitives.errors import InputError
+from primitives.file_model import FileModel, Numbers, Positive, Text, Vector, check_text, one_of, refers_to, show
+from primitives.spec import ConstraintsField, constraints_data
+from scenarios.robots import robots
+from scenarios.scene import Scene, check_duration, check_name
+from scenarios.trajectory import PoseTrajectory, Waypoint
+from vfi.tasks import PoseTask
+
+
+class _WaypointModel(FileModel):
+    position: Vector
+    rotation: Vector = Field(default=[0.0, 0.0, 0.0])
+
+
+class _ReferenceModel(FileModel):
+    waypoints: Annotated[list[_WaypointModel], Field(min_length=1)]
+    segment: Positive
+
+
+def _weight(value: list[float]) -> list[float]:
+    if len(value) != 8 or min(value) < 0.0:
+        raise InputError(f"expected 8 numbers >= 0, got {value[:8]} ({len(value)} numbers)")
+    return value
+
+
+class _TaskModel(FileModel):
+    frame: Annotated[Text, refers_to("frame")] | None = None
+    gain: Positive = PoseTask.gain
+    damping: Positive = PoseTask.damping
+    weight: Annotated[Numbers, AfterValidator(_weight)] = [1.0] * 8
+
+
+def _range(value: list[float]) -> list[float]:
+    if len(value) != 2 or not value[0] < value[1]:
+        raise InputError(f"expected two numbers, lower < upper, got {value[:2]} ({len(value)} numbers)")
+    return value
+
+
+def _start(value: list[float], info: ValidationInfo) -> list[float]:
+    joints = (info.context or {}).get("joint")
+    if joints is not None and len(value) != len(joints):
+        first, last = joints[0], joints[-1]
+        raise InputError(f"expected {len(joints)} numbers, one a joint from {first} to {last}, got {len(value)}")
+    return value
+
+
+def _duration(value: float, info: ValidationInfo) -> float:
+    return check_duration(value, info.data["period"]) if "period" in info.data else value
+
+
+_GAIN = TypeAdapter(Positive)
+_GAINS = TypeAdapter(dict[Annotated[str, refers_to("constraint", "")], Positive])
+
+
+def _eta(value: Any, info: ValidationInfo) -> float | Mapping[str, float]:
+    if isinstance(value, dict):
+        return _GAINS.validate_python(value, strict=True, context=info.context)
+    if isinstance(value, str | list | None):
+        raise InputError(f'expected a number, or a number a constraint with "" for the others, got {show(value)}')
+    return _GAIN.validate_python(value, strict=True)
+
+
+class SceneModel(FileModel):
+    """The keys of a scene file, once those of its base are joined."""
+
+    name: Annotated[Text, AfterValidator(check_name)]
+    summary: Text
+    robot: Annotated[str, one_of("robot", robots.names)]
+    group: Annotated[Text, refers_to("joint group")]
+    start: Annotated[Numbers, AfterValidator(_start)]
+    constraints: ConstraintsField
+    enforce: list[Annotated[str, refers_to("constraint")]] | None = None
+    task: _TaskModel
+    reference: _ReferenceModel
+    period: Positive
+    duration: Annotated[Positive, AfterValidator(_duration)]
+    eta: Annotated[float | Mapping[str, float], PlainValidator(_eta)] = Scene.eta
+    limit_eta: Positive = Scene.limit_eta
+    limits: dict[Annotated[str, refers_to("joint")], Annotated[Numbers, AfterValidator(_range)]] = Field(
+        default_factory=dict
+    )
+
+    def build(self) -> Scene:
+        """The scene that the file declares; raises InputError."""
+        waypoints = (Waypoint(_triple(w.position), _triple(w.rotation)) for w in self.reference.waypoints)
+        task = self.task
+        return Scene(
+            name=self.name,
+            summary=self.summary,
+            robot=self.robot,
+            group=self.group,
+            start=tuple(self.start),
+            constraints=self.constraints if self.enforce is None else self.constraints.enforcing(self.enforce),
+            task=PoseTask(task.frame, task.gain, task.damping, tuple(task.weight)),
+            reference=PoseTrajectory(tuple(waypoints), self.reference.segment),
+            period=self.period,
+            duration=self.duration,
+            eta=self.eta,
+            limit_eta=self.limit_eta,
+            limits={joint: (low, high) for joint, (low, high) in self.limits.items()},
+        )
+
+
+def scene_data(scene: Scene) -> dict[str, Any]:
+    """The scene as plain data, from which `SceneModel` builds an equal one; raises InputError."""
+    task, eta = scene.task, scene.eta
+    return {
+        "name": scene.name,
+        "summary": check_text(scene.summary),
+        "robot": scene.robot,
+        "group": check_text(scene.group),
+        "start": _floats(scene.start),
+        "constraints": constraints_data(scene.constraints),
+        "task": {
+            **({"frame": check_text(task.frame)} if task.frame is not None else {}),
+            "gain": float(task.gain),
+            "damping": float(task.damping),
+            "weight": _floats(task.weight),
+        },
+        "reference": {
+            "waypoints": [
+                {"position": _floats(w.position), "rotation": _floats(w.rotation)} for w in scene.reference.waypoints
+            ],
+            "segment": float(scene.reference.segment),
+        },
+        "period": float(scene.period),
+        "duration": float(scene.duration),
+        "eta": {name: float(gain) for name, gain in eta.items()} if isinstance(eta, Mapping) else float(eta),
+        "limit_eta": float(scene.limit_eta),
+        "limits": {joint: _floats(limit) for joint, limit in scene.limits.items()},
+    }
+
+
+def _floats(values: ArrayLike) -> list[float]:
+    return [float(v) for v in np.asarray(values).ravel()]
+
+
+def _triple(value: list[float]) -> tuple[float, float, float]:
+    x, y, z = value
+    return x, y, z

@@ -1,0 +1,66 @@
+"""Every example in docs/examples runs as it stands and prints what it promises."""
+
+import os
+import re
+import subprocess
+import sys
+from pathlib import Path
+
+import pytest
+
+ROOT = Path(__file__).parent.parent
+EXAMPLES = sorted((ROOT / "docs" / "examples").glob("[0-9]*.py"))
+
+
+def output(example: Path) -> str:
+    env = {**os.environ, "PYTHONPATH": str(ROOT)}
+    done = subprocess.run([sys.executable, str(example)], env=env, capture_output=True, text=True, timeout=300)
+    assert done.returncode == 0, done.stderr
+    return done.stdout
+
+
+def test_there_are_examples():
+    assert [e.name[:2] for e in EXAMPLES][:3] == ["01", "02", "03"]
+
+
+@pytest.mark.parametrize("example", EXAMPLES, ids=lambda e: e.stem)
+def test_example_runs(example):
+    assert output(example).strip()
+
+
+def test_own_robot_stops_at_the_table():
+    text = output(ROOT / "docs/examples/01_own_robot.py")
+    smallest = float(re.search(r"smallest (-?[\d.]+) mm", text)[1])
+    height = float(re.search(r"at the end: ([\d.]+) mm", text)[1])
+    assert smallest >= 0.0
+    assert height == pytest.approx(110.0, abs=0.2)
+
+
+def test_s5_in_python_violates_nothing():
+    text = output(ROOT / "docs/examples/02_s5_in_python.py")
+    assert "violated: [], infeasible cycles: 0" in text
+
+
+def test_own_primitive_has_the_right_gradient():
+    text = output(ROOT / "docs/examples/03_own_primitive.py")
+    assert float(re.search(r"central differences: ([\d.e+-]+)", text)[1]) < 1e-8
+
+
+def blocks():
+    """Python blocks of the README and the pages of docs/."""
+    pages = [ROOT / "README.md", *sorted((ROOT / "docs").glob("*.md"))]
+    found = [(page, code) for page in pages for code in re.findall(r"```python\n(.*?)```", page.read_text(), re.S)]
+    return [pytest.param(code, id=f"{page.name}-{i}") for i, (page, code) in enumerate(found)]
+
+
+@pytest.mark.parametrize("code", blocks())
+def test_code_in_the_documentation_runs(code, capsys):
+    exec(compile(code, "<documentation>", "exec"), {})
+
+
+def test_readme_prints_what_it_says(capsys):
+    (code,) = re.findall(r"```python\n(.*?)```", (ROOT / "README.md").read_text(), re.S)
+    exec(compile(code, "<README>", "exec"), {})
+    state, margin = capsys.readouterr().out.split()
+    assert state == "RUN"
+    assert 0.0 < float(margin) < 0.1
