@@ -54,10 +54,17 @@ class Constraint:
         for field in ("first", "second"):
             if not isinstance(getattr(self, field), Element):
                 raise InputError(f"{what}: {field}: expected an element, got {getattr(self, field)!r}")
+        if not isinstance(self.pair, str):
+            raise InputError(f"{what}: pair: expected the name of a pair, got {self.pair!r}")
         known("side to keep", self.keep, KEEPS)
         known("safety class", self.safety_class, SAFETY_CLASSES)
-        number(self.safe_distance, f"{what}: safe distance", low=0.0)
-        kinds, definition = (self.first.kind, self.second.kind), self.definition
+        object.__setattr__(self, "safe_distance", number(self.safe_distance, f"{what}: safe distance", low=0.0))
+        if not isinstance(self.enforced, bool):
+            raise InputError(f"{what}: enforced: expected True or False, got {self.enforced!r}")
+        kinds = (self.first.kind, self.second.kind)
+        if not self.pair and "_".join(kinds) not in pairs.names() and "_".join(kinds[::-1]) in pairs.names():
+            raise InputError(f"{what}: give the {kinds[1]} first and the {kinds[0]} second, as the pair takes them")
+        definition = self.definition
         if kinds != (definition.first, definition.second):
             raise InputError(
                 f'{what}: pair "{definition.name}" takes a {definition.first} and a {definition.second}, in this '
@@ -84,7 +91,10 @@ class ConstraintSet:
     constraints: tuple[Constraint, ...] = ()
 
     def __init__(self, constraints: Iterable[Constraint] = ()):
-        items = tuple(constraints)
+        try:
+            items = tuple(constraints)
+        except TypeError:
+            raise InputError(f"expected several constraints, e.g. a list of them, got {constraints!r}") from None
         seen: set[str] = set()
         for item in items:
             if not isinstance(item, Constraint):

@@ -1,13 +1,13 @@
 """What a file holds, where each value stands, and what is wrong with it: one error for all of a file's problems."""
 
-from collections.abc import Iterable, Mapping
+from collections.abc import Callable, Iterable, Mapping
 from dataclasses import dataclass
 from typing import Any, NamedTuple, NoReturn
 
 from primitives.errors import FileError
 
 MAX_PROBLEMS = 20
-"""An error names this many problems and counts the others."""
+"""An error names this many problems and says whether there are others."""
 
 MAX_MESSAGE = 600
 """Characters of one problem that are shown."""
@@ -32,11 +32,11 @@ class Mark(NamedTuple):
 
 
 class Problem(NamedTuple):
-    """One thing that is wrong: where, with which value, and what to do."""
+    """One thing that is wrong: where, with which value, and what to do, in words or by what will make the words."""
 
     mark: Mark
     path: ValuePath
-    message: str
+    message: str | Callable[[], str]
 
 
 @dataclass(frozen=True)
@@ -66,17 +66,18 @@ def in_words(path: ValuePath) -> str:
     return "".join(f"[{step}]" if isinstance(step, int) else f".{step}" for step in path).removeprefix(".")
 
 
-def _shown(message: str) -> str:
-    return printable(message if len(message) <= MAX_MESSAGE else message[: MAX_MESSAGE - 4] + " ...")
+def _words(problem: Problem) -> str:
+    text = problem.message if isinstance(problem.message, str) else problem.message()
+    return printable(text if len(text) <= MAX_MESSAGE else text[: MAX_MESSAGE - 4] + " ...")
 
 
 def refuse(problems: Iterable[Problem]) -> NoReturn:
     """Raise one FileError that names every problem, one a line, in the order of each file's lines."""
-    items = [p._replace(message=_shown(p.message)) for p in dict.fromkeys(problems)]
+    items = list(problems)
     order = {file: i for i, file in enumerate(dict.fromkeys(p.mark.file for p in items))}
     items.sort(key=lambda p: (order[p.mark.file], p.mark.line))
     first, *others = items[:MAX_PROBLEMS]
-    lines = [first.message, *(f"{p.mark}: {p.message}" for p in others)]
+    lines = [_words(first), *(f"{p.mark}: {_words(p)}" for p in others)]
     if len(items) > MAX_PROBLEMS:
-        lines.append(f"... and {len(items) - MAX_PROBLEMS} more")
-    raise FileError(str(first.mark), "\n".join(lines))
+        lines.append("... and more")
+    raise FileError(str(first.mark), "\n".join(lines)) from None

@@ -10,6 +10,7 @@ robot's `frame`, a moving `entity`, or the world where neither is given.
     any      dual_quaternion, eight numbers, in place of the above (and a segment's length)
 """
 
+from math import hypot
 from typing import Annotated, Any
 
 import numpy as np
@@ -21,8 +22,9 @@ from primitives.file_model import FileModel, Numbers, Text, Vector, check_text, 
 
 
 def _direction(value: list[float]) -> list[float]:
-    if not np.linalg.norm(value) >= 1e-9:
-        raise InputError(f"expected a direction, got {value}, of length 0 (below 1e-9)")
+    length = hypot(*value)
+    if not 1e-9 <= length <= 1e100:
+        raise InputError(f"expected a direction, got {value}, whose length is {length:g}")
     return value
 
 
@@ -94,7 +96,8 @@ def _element(data: Any, info: ValidationInfo) -> Element:
     if kind not in _SHAPES:
         raise problem_at(("kind",), str(UnknownNameError("kind of element", kind[:60], _SHAPES)))
     model = _Exact if "dual_quaternion" in data else _SHAPES[kind]
-    return model.model_validate(data, context=info.context).build()
+    with np.errstate(over="ignore", invalid="ignore"):
+        return model.model_validate(data, context=info.context).build()
 
 
 ElementField = Annotated[Element, PlainValidator(_element)]
@@ -115,19 +118,26 @@ def element_data(element: Element) -> dict[str, Any]:
         place["entity"] = check_text(element.entity)
     elif element.frame != WORLD:
         place["frame"] = check_text(element.frame)
-    readable = {**place, **_shape(element)}
-    again = _SHAPES[element.kind].model_validate(readable).build()
-    if again == element and again.dual_quaternion.tobytes() == element.dual_quaternion.tobytes():
-        return readable
+    if element.kind != "segment":
+        readable = {**place, **_shape(element)}
+        if _gives_back(readable, element):
+            return readable
     exact = {**place, "dual_quaternion": element.dual_quaternion.tolist()}
     return {**exact, "length": float(element.length)} if element.length else exact
 
 
+def _gives_back(data: dict[str, Any], element: Element) -> bool:
+    try:
+        with np.errstate(over="ignore", invalid="ignore"):
+            again = _SHAPES[element.kind].model_validate(data).build()
+    except ValueError:
+        return False
+    return again == element and again.dual_quaternion.tobytes() == element.dual_quaternion.tobytes()
+
+
 def _shape(element: Element) -> dict[str, list[float]]:
-    geometry = element.geometry
-    point, direction = geometry[:3], geometry[3:6]
+    """Geometry of a point, line or plane; a segment's two ends do not hold its pose to the bit."""
+    point, direction = element.geometry[:3].tolist(), element.geometry[3:6].tolist()
     if element.kind == "point":
-        return {"position": point.tolist()}
-    if element.kind == "segment":
-        return {"start": point.tolist(), "end": (point + geometry[6] * direction).tolist()}
-    return {"point": point.tolist(), "direction" if element.kind == "line" else "normal": direction.tolist()}
+        return {"position": point}
+    return {"point": point, "normal" if element.kind == "plane" else "direction": direction}

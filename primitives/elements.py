@@ -6,16 +6,33 @@ held equal by tests.
 """
 
 from dataclasses import dataclass
-from typing import ClassVar, Self
+from typing import ClassVar, NoReturn, Self
 
 import numpy as np
 from numpy.typing import ArrayLike
 
 from primitives import dual_quaternion as dq
-from primitives.checks import Array, array, unit
+from primitives.checks import Array, array, number, unit
 from primitives.errors import InputError
 
 WORLD = "world"
+
+_TOLERANCE = 1e-9
+"""How far a dual quaternion from outside may be from its kind (times its reach, beyond 1 m) before it is refused."""
+
+_ROUNDING = 1e-15
+"""Nearer to unit norm than this, a dual quaternion is stored to the digit as it was given."""
+
+
+def _vanish(*values: float | Array) -> bool:
+    return all(np.max(np.abs(v)) <= _TOLERANCE for v in values)
+
+
+def _normalized(value: Array) -> Array:
+    primary, dual = dq.norm(value)
+    reach = max(1.0, float(np.max(np.abs(value[4:]))))
+    exact = abs(primary - 1.0) <= _ROUNDING and abs(dual) <= _ROUNDING * reach
+    return value if exact else dq.normalized(value)
 
 
 @dataclass(frozen=True, eq=False)
@@ -32,7 +49,7 @@ class Element:
 
     Raises
     ------
-    InputError : not finite, not of the element's kind, or both a frame and an entity are given.
+    InputError : not finite, further than rounding (1e-9) from the element's kind, or both a frame and an entity given.
     """
 
     dual_quaternion: Array
@@ -43,26 +60,32 @@ class Element:
     kind: ClassVar[str] = "element"
 
     def __post_init__(self) -> None:
-        value = dq.as_dual_quaternion(self.dual_quaternion, f"dual quaternion of {type(self).__name__}")
+        value = self._stored(dq.as_dual_quaternion(self.dual_quaternion, f"dual quaternion of {type(self).__name__}"))
         value.setflags(write=False)
         object.__setattr__(self, "dual_quaternion", value)
+        for field, name in (("frame", self.frame), ("entity", self.entity)):
+            if name is not None and (not isinstance(name, str) or not name):
+                raise InputError(f"{type(self).__name__}: expected the name of its {field}, got {name!r}")
         if self.entity is not None and self.frame != WORLD:
             raise InputError(
                 f'{type(self).__name__}: got frame "{self.frame}" and entity "{self.entity}"; an element is attached '
                 "to one of them"
             )
-        self._check()
 
-    def _check(self) -> None:
-        """Refuse a dual quaternion that is not of this element's kind."""
+    def _stored(self, value: Array) -> Array:
+        """A dual quaternion as this element keeps it, free of rounding; refuses one that is not of its kind."""
+        return value
 
-    def _refuse(self, expected: str) -> None:
-        got = self.dual_quaternion.tolist()
-        raise InputError(f"{type(self).__name__}: expected {expected}, got {got}")
+    def _refuse(self, value: Array, expected: str) -> NoReturn:
+        raise InputError(f"{type(self).__name__}: expected {expected}, got {value.tolist()}")
 
     @property
     def geometry(self) -> Array:
         """(8,) point, direction, length, 0; in the coordinates of what the element is attached to, metres."""
+        point, direction, length = self._parts()
+        return np.array([*point, *direction, length, 0.0])
+
+    def _parts(self) -> tuple[Array, Array, float]:
         raise InputError(f"{type(self).__name__} has no geometry; use Point, Line, Plane or Segment")
 
     def __eq__(self, other: object) -> bool:
@@ -93,13 +116,14 @@ class Point(Element):
         """The point at a position (3,), metres."""
         return cls(np.r_[0.0, array(position, (3,), "position of Point"), np.zeros(4)], frame, entity)
 
-    def _check(self) -> None:
-        if self.dual_quaternion[0] != 0.0 or np.any(self.dual_quaternion[4:]):
-            self._refuse("a pure quaternion (w = 0, dual part 0)")
+    def _stored(self, value: Array) -> Array:
+        if not _vanish(value[[0, 4, 5, 6, 7]]):
+            self._refuse(value, "a pure quaternion (w = 0, dual part 0)")
+        value[[0, 4, 5, 6, 7]] = 0.0
+        return value
 
-    @property
-    def geometry(self) -> Array:
-        return np.r_[self.dual_quaternion[1:4], np.zeros(5)]
+    def _parts(self) -> tuple[Array, Array, float]:
+        return self.dual_quaternion[1:4], np.zeros(3), 0.0
 
 
 class Line(Element):
@@ -119,15 +143,17 @@ class Line(Element):
         """The z axis of a robot frame; paper V, (17)."""
         return cls.through([0.0, 0.0, 0.0], [0.0, 0.0, 1.0], frame=frame)
 
-    def _check(self) -> None:
-        w, l, v, m = np.split(self.dual_quaternion, [1, 4, 5])
-        if w[0] or v[0] or abs(l @ l - 1.0) > 1e-9 or abs(l @ m) > 1e-9:
-            self._refuse("a Plücker line: pure, of unit direction, with the moment perpendicular to it")
+    def _stored(self, value: Array) -> Array:
+        size, along = dq.norm(value)
+        reach = max(1.0, float(np.max(np.abs(value[4:]))))
+        if not _vanish(value[[0, 4]] / reach, size - 1.0, along / reach):
+            self._refuse(value, "a Plücker line: pure, of unit direction, with the moment perpendicular to it")
+        value[[0, 4]] = 0.0
+        return _normalized(value)
 
-    @property
-    def geometry(self) -> Array:
+    def _parts(self) -> tuple[Array, Array, float]:
         l, m = self.dual_quaternion[1:4], self.dual_quaternion[5:8]
-        return np.r_[np.cross(l, m), l, 0.0, 0.0]
+        return np.cross(l, m), l, 0.0
 
 
 class Plane(Element):
@@ -142,15 +168,16 @@ class Plane(Element):
         d = float(array(point, (3,), "point of Plane") @ n)
         return cls(np.r_[0.0, n, d, 0.0, 0.0, 0.0], frame, entity)
 
-    def _check(self) -> None:
-        n = self.dual_quaternion[1:4]
-        if self.dual_quaternion[0] or np.any(self.dual_quaternion[5:]) or abs(n @ n - 1.0) > 1e-9:
-            self._refuse("a plane: unit normal in the primary part, offset in the real dual part")
+    def _stored(self, value: Array) -> Array:
+        size = float(np.linalg.norm(value[1:4]))
+        if not _vanish(value[[0, 5, 6, 7]], size - 1.0):
+            self._refuse(value, "a plane: unit normal in the primary part, offset in the real dual part")
+        value[[0, 5, 6, 7]] = 0.0
+        return value if abs(size - 1.0) <= _ROUNDING else value / size
 
-    @property
-    def geometry(self) -> Array:
+    def _parts(self) -> tuple[Array, Array, float]:
         n, d = self.dual_quaternion[1:4], self.dual_quaternion[4]
-        return np.r_[n * d, n, 0.0, 0.0]
+        return n * d, n, 0.0
 
 
 class Segment(Element):
@@ -171,12 +198,11 @@ class Segment(Element):
         pose = dq.from_matrix(np.ascontiguousarray(np.column_stack([x, np.cross(z, x), z])), a)
         return cls(pose, frame, entity, float(np.linalg.norm(b - a)))
 
-    def _check(self) -> None:
-        dq.as_pose(self.dual_quaternion, "pose of Segment")
-        if not (np.isfinite(self.length) and self.length > 0.0):
-            raise InputError(f"Segment: expected a length > 0 m, got {self.length}")
+    def _stored(self, value: Array) -> Array:
+        object.__setattr__(self, "length", number(self.length, "Segment: length in metres", positive=True))
+        dq.as_pose(value, "pose of Segment")
+        return _normalized(value)
 
-    @property
-    def geometry(self) -> Array:
-        z = dq.rotation_matrix(np.array(self.dual_quaternion))[:, 2]
-        return np.r_[dq.translation(np.array(self.dual_quaternion)), z, self.length, 0.0]
+    def _parts(self) -> tuple[Array, Array, float]:
+        pose = np.array(self.dual_quaternion)
+        return dq.translation(pose), dq.rotation_matrix(pose)[:, 2], self.length

@@ -15,6 +15,7 @@ from primitives.checks import Array, array, known
 from primitives.compiled import address_of, call_pair, compiled
 from primitives.constraint import SAFETY_CLASSES, ConstraintSet
 from primitives.elements import Element
+from primitives.errors import InputError
 from primitives.kinematics import snapshot, world_first
 from primitives.robot import Robot
 
@@ -221,10 +222,12 @@ def entity_arrays(entities: Mapping[str, Entity], names: tuple[str, ...]) -> tup
     """Poses (E, 12) and twists (E, 6) of the named entities; raises InputError and UnknownNameError."""
     poses, twists = np.empty((len(names), 12)), np.empty((len(names), 6))
     for i, name in enumerate(names):
-        known("entity", name, entities)
-        pose = dq.as_pose(entities[name].pose, f'pose of entity "{name}"')
+        measured = entities[known("entity", name, entities)]
+        if not isinstance(measured, Entity):
+            raise InputError(f'entity "{name}": expected an Entity(pose, twist), got {measured!r}')
+        pose = dq.as_pose(measured.pose, f'pose of entity "{name}"')
         poses[i, :9], poses[i, 9:] = dq.rotation_matrix(pose).ravel(), dq.translation(pose)
-        twists[i] = array(entities[name].twist, (6,), f'twist of entity "{name}"')
+        twists[i] = array(measured.twist, (6,), f'twist of entity "{name}"')
     return poses, twists
 
 

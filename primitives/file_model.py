@@ -1,6 +1,7 @@
 """pydantic models of what a file may hold, whose errors are sentences with file and line."""
 
 from collections.abc import Callable, Iterable, Mapping
+from functools import partial
 from typing import Annotated, Any, Self, TypeVar
 
 from pydantic import (
@@ -10,18 +11,23 @@ from pydantic import (
     ConfigDict,
     Field,
     ModelWrapValidatorHandler,
+    PlainValidator,
+    TypeAdapter,
     ValidationError,
     ValidationInfo,
     model_validator,
 )
 from pydantic_core import ErrorDetails, InitErrorDetails, PydanticCustomError
 
-from primitives.document import Document, Problem, ValuePath, in_words, refuse
+from primitives.document import MAX_PROBLEMS, Document, Problem, ValuePath, in_words, refuse
 from primitives.errors import InputError, UnknownNameError
 
-_WORDED = "worded"
-_WORDED_KEY = "worded_key"
-"""An error about a key, whose field is therefore what the key is in."""
+_TOLD = "told"
+"""An error with all that is needed to put it into words: its text, or the keys that its place takes."""
+
+
+_KEY = "[key]"
+"""What pydantic adds to the place of a dict's key."""
 
 
 def show(value: Any) -> str:
@@ -41,19 +47,49 @@ def show(value: Any) -> str:
 
 def problem_at(path: ValuePath, message: str) -> ValidationError:
     """What a validator raises about a value inside the one it was given."""
-    return ValidationError.from_exception_data(_WORDED, [_details(_WORDED, path, message)])
-
-
-def _details(kind: str, path: ValuePath, message: str) -> InitErrorDetails:
-    return InitErrorDetails(type=PydanticCustomError(kind, "{text}", {"text": message}), loc=path, input=None)
+    return ValidationError.from_exception_data(_TOLD, [_told(path, {"text": message})])
 
 
 def gather(error: ValidationError | None, problems: Iterable[tuple[ValuePath, str]]) -> None:
     """Raise what a validator found itself together with what was found below it; do nothing where there is neither."""
-    found = [_details(_WORDED, path, message) for path, message in problems]
-    below = [] if error is None else [_worded(d, {}) for d in error.errors(include_url=False)]
-    if below or found:
-        raise ValidationError.from_exception_data(_WORDED, [*below, *found])
+    below = [] if error is None else [_keep(d, {}) for d in error.errors(include_url=False)]
+    found = [*below, *(_told(path, {"text": message}) for path, message in problems)]
+    if found:
+        raise ValidationError.from_exception_data(_TOLD, found)
+
+
+def list_of(item: Any) -> PlainValidator:
+    """Validator of a list of items of a type; it stops where there are more problems than are shown."""
+    adapter = TypeAdapter(item)
+
+    def check(value: Any, info: ValidationInfo) -> list[Any]:
+        if not isinstance(value, list):
+            raise InputError(f"expected a list, got {show(value)}")
+        out: list[Any] = []
+        found: list[InitErrorDetails] = []
+        for i, below in enumerate(value):
+            try:
+                out.append(adapter.validate_python(below, strict=True, context=info.context))
+            except ValidationError as error:
+                details = error.errors(include_url=False)
+                found += [_keep({**detail, "loc": (i, *detail["loc"])}, {}) for detail in details]
+                if len(found) > MAX_PROBLEMS:
+                    break
+        if found:
+            raise ValidationError.from_exception_data(_TOLD, found)
+        return out
+
+    return PlainValidator(check)
+
+
+def _told(path: ValuePath, context: dict[str, Any]) -> InitErrorDetails:
+    return InitErrorDetails(type=PydanticCustomError(_TOLD, _TOLD, context), loc=path, input=None)
+
+
+def _keep(detail: ErrorDetails, keys: Mapping[str, bool]) -> InitErrorDetails:
+    """An error as it goes up, with the keys of the place it came from; putting each into words would take too long."""
+    told = detail["ctx"] if detail["type"] == _TOLD else {"detail": detail, "keys": keys}
+    return _told(detail["loc"], told)
 
 
 _EXPECTED = {
@@ -69,30 +105,29 @@ _EXPECTED = {
 _BOUNDS = {"greater_than": (">", "gt"), "greater_than_equal": (">=", "ge"), "less_than_equal": ("<=", "le")}
 
 
-def _worded(detail: ErrorDetails, keys: Mapping[str, bool]) -> InitErrorDetails:
-    kind, path, got, context = detail["type"], detail["loc"], detail["input"], detail.get("ctx", {})
-    if kind in (_WORDED, _WORDED_KEY):
-        return _details(kind, path, detail["msg"])
+def _in_words(told: Mapping[str, Any]) -> str:
+    if "text" in told:
+        return str(told["text"])
+    if "kind" in told:
+        return str(UnknownNameError(told["kind"], told["name"][:60], told["names"]))
+    detail, keys = told["detail"], told["keys"]
+    kind, got, context = detail["type"], detail["input"], detail.get("ctx", {})
     if kind == "missing":
-        needed = ", ".join(k for k, required in keys.items() if required)
-        return _details(_WORDED_KEY, path, f'missing key "{path[-1]}"; needed here: {needed}')
+        return f'missing key "{detail["loc"][-1]}"; needed here: {", ".join(k for k, needed in keys.items() if needed)}'
     if kind == "extra_forbidden":
-        return _details(_WORDED_KEY, path, str(UnknownNameError("key", str(path[-1])[:60], keys)))
+        return str(UnknownNameError("key", str(detail["loc"][-1])[:60], keys))
     if kind == "value_error":
-        return _details(_WORDED, path, str(context["error"]))
+        return str(context["error"])
     if kind in _BOUNDS:
         sign, name = _BOUNDS[kind]
-        return _details(_WORDED, path, f"expected a number {sign} {context[name]:g}, got {got:g}")
-    if kind in ("too_short", "too_long"):
-        bound = f"at least {context['min_length']}" if kind == "too_short" else f"at most {context['max_length']}"
-        return _details(_WORDED, path, f"expected {bound} values, got {context['actual_length']}")
+        return f"expected a number {sign} {context[name]:g}, got {got:g}"
+    if kind == "too_short":
+        return f"expected at least {context['min_length']} values, got {context['actual_length']}"
     if kind == "string_type" and isinstance(got, int | float):
-        return _details(_WORDED, path, f"expected text, got {show(got)}; put it in quotes")
+        return f"expected text, got {show(got)}; put it in quotes"
     if kind == "float_type" and isinstance(got, str):
-        return _details(_WORDED, path, f"expected a number, got {show(got)}; write SI units, without their names")
-    if kind in _EXPECTED:
-        return _details(_WORDED, path, f"expected {_EXPECTED[kind]}, got {show(got)}")
-    return _details(_WORDED, path, f"{detail['msg']}, got {show(got)}")
+        return f"expected a number, got {show(got)}; write SI units, without their names"
+    return f"expected {_EXPECTED[kind]}, got {show(got)}" if kind in _EXPECTED else f"{detail['msg']}, got {show(got)}"
 
 
 class FileModel(BaseModel):
@@ -102,17 +137,21 @@ class FileModel(BaseModel):
 
     @model_validator(mode="wrap")
     @classmethod
-    def _in_words(cls, data: Any, handler: ModelWrapValidatorHandler[Self]) -> Self:
+    def _with_keys(cls, data: Any, handler: ModelWrapValidatorHandler[Self]) -> Self:
         try:
             return handler(data)
         except ValidationError as error:
             keys = {name: field.is_required() for name, field in cls.model_fields.items()}
-            details = [_worded(d, keys) for d in error.errors(include_url=False)]
-            raise ValidationError.from_exception_data(cls.__name__, details) from None
+            found = [_keep(detail, keys) for detail in error.errors(include_url=False)]
+            raise ValidationError.from_exception_data(cls.__name__, found) from None
 
 
 Names = Mapping[str, Iterable[str] | None]
 """Names that a file may refer to, by kind, e.g. {"frame": [...]}; None or no entry where they are not known."""
+
+
+def _unknown(kind: str, name: str, names: list[str]) -> PydanticCustomError:
+    return PydanticCustomError(_TOLD, _TOLD, {"kind": kind, "name": name, "names": names})
 
 
 def refers_to(kind: str, *also: str) -> AfterValidator:
@@ -122,7 +161,7 @@ def refers_to(kind: str, *also: str) -> AfterValidator:
         names: Names = info.context or {}
         accepted = names.get(kind)
         if accepted is not None and name not in also and name not in (listed := list(accepted)):
-            raise UnknownNameError(kind, name[:60], listed)
+            raise _unknown(kind, name, listed)
         return name
 
     return AfterValidator(check)
@@ -134,7 +173,7 @@ def one_of(kind: str, names: Callable[[], Iterable[str]]) -> BeforeValidator:
     def check(value: Any) -> Any:
         listed = list(names())
         if isinstance(value, str) and value not in listed:
-            raise UnknownNameError(kind, value[:60], listed)
+            raise _unknown(kind, value, listed)
         if not isinstance(value, str):
             raise InputError(f"expected one of {', '.join(listed)}, got {show(value)}")
         return value
@@ -180,12 +219,17 @@ def validate(model: type[M], document: Document, names: Names | None = None) -> 
         value = model.model_validate(document.data, context=names or {})
     except ValidationError as error:
         for detail in error.errors(include_url=False):
-            path = detail["loc"]
+            path, told = detail["loc"], detail["ctx"]
+            path = path[:-1] if path[-1:] == (_KEY,) else path
             if any(path[:i] in known for i in range(1, len(path) + 1)):
                 continue
-            field = in_words(path[:-1] if detail["type"] == _WORDED_KEY else path)
-            text = f"{field}: {detail['msg']}" if field else detail["msg"]
-            problems.append(Problem(document.mark(path), path, text))
+            about_key = "detail" in told and told["detail"]["type"] in ("missing", "extra_forbidden")
+            field = in_words(path[:-1] if about_key else path)
+            problems.append(Problem(document.mark(path), path, partial(_sentence, field, told)))
     if problems:
         refuse(problems)
     return value
+
+
+def _sentence(field: str, told: Mapping[str, Any]) -> str:
+    return f"{field}: {_in_words(told)}" if field else _in_words(told)

@@ -35,18 +35,22 @@ class Registry(Generic[T]):
         if self._loaded:
             return
         self._loaded = True
-        for module in iter_modules(self._package.__path__):
-            thing = getattr(import_module(f"{self._package.__name__}.{module.name}"), self._attribute, None)
-            if thing is not None:
-                self._add(thing)
-        for plugin in entry_points(group=f"active_constraints.{self.kind}s"):
-            self._add(plugin.load())
+        try:
+            for module in iter_modules(self._package.__path__):
+                thing = getattr(import_module(f"{self._package.__name__}.{module.name}"), self._attribute, None)
+                if thing is not None:
+                    self._add(thing)
+            for plugin in entry_points(group=f"active_constraints.{self.kind}s"):
+                self._add(plugin.load())
+        except BaseException:
+            self._loaded = False  # or the next to ask would find a part of them, without a word
+            raise
 
     def _add(self, thing: T) -> T:
+        self._check(thing)
         name = str(getattr(thing, "name"))  # noqa: B009
         if self._things.get(name, thing) is not thing:
             raise InputError(f'{self.kind} "{name}" is registered already; give yours another name')
-        self._check(thing)
         self._things[name] = thing
         return thing
 

@@ -8,6 +8,10 @@ from primitives.plugins import Registry
 
 
 def _check(pair: Pair) -> None:
+    if not isinstance(pair, Pair):
+        raise InputError(f"expected a Pair, got {pair!r}")
+    if pair.unit not in ("m", "rad"):
+        raise InputError(f'pair "{pair.name}": expected the unit "m" or "rad", got {pair.unit!r}')
     try:
         address_of(pair.kernel)
     except (AttributeError, KeyError):

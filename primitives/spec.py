@@ -20,10 +20,9 @@ from pydantic import Field, PlainValidator, TypeAdapter, ValidationError, Valida
 from primitives.constraint import KEEPS, SAFETY_CLASSES, Constraint, ConstraintSet, Keep, SafetyClass
 from primitives.document import Document, Mark, ValuePath
 from primitives.element_file import ElementField, element_data
-from primitives.file_model import FileModel, Text, check_text, gather, one_of, validate
+from primitives.file_model import FileModel, Text, check_text, gather, list_of, one_of, validate
 from primitives.registry import pairs
-from primitives.yaml_file import read
-from primitives.yaml_scalars import write
+from primitives.yaml_file import read, write
 
 
 class _ConstraintModel(FileModel):
@@ -44,7 +43,7 @@ def _constraint(data: Any, info: ValidationInfo) -> Constraint:
     return _ConstraintModel.model_validate(data, context=info.context).build()
 
 
-_LIST = TypeAdapter(list[Annotated[Constraint, PlainValidator(_constraint)]])
+_LIST = TypeAdapter(Annotated[list[Constraint], list_of(Annotated[Constraint, PlainValidator(_constraint)])])
 
 
 def _constraint_set(data: Any, info: ValidationInfo) -> ConstraintSet:
@@ -53,12 +52,12 @@ def _constraint_set(data: Any, info: ValidationInfo) -> ConstraintSet:
         items = _LIST.validate_python(data, strict=True, context=info.context)
     except ValidationError as error:
         below = error
-    names = declared_names(data)
-    repeated: list[tuple[ValuePath, str]] = [
-        ((i, "name"), f'constraint {names.index(name) + 1} is called "{name}" already; give this one another name')
-        for i, name in enumerate(names)
-        if name is not None and name in names[:i]
-    ]
+    first: dict[str, int] = {}
+    repeated: list[tuple[ValuePath, str]] = []
+    for i, name in enumerate(declared_names(data)):
+        if name is not None and first.setdefault(name, i) != i:
+            text = f'constraint {first[name] + 1} is called "{name[:60]}" already; give this one another name'
+            repeated.append(((i, "name"), text))
     gather(below, repeated)
     return ConstraintSet(items)
 
@@ -132,6 +131,6 @@ def dump_constraints(constraints: ConstraintSet) -> str:
 
     Raises
     ------
-    InputError : a name that a file cannot hold: empty, over 200 characters, or with control characters.
+    InputError : what a file cannot hold: a name over 200 characters or not printable, more than 1000 constraints.
     """
     return write({"constraints": constraints_data(constraints)})

@@ -26,9 +26,11 @@ def all_finite(values: Array) -> int:
 
 @compiled("float64(float64[::1], float64[::1], float64[::1], float64[::1])")
 def bound_excess(v: Array, low: Array, high: Array, tolerance: Array) -> float:
-    """Largest excess over the bounds (n,), in tolerances: at most 1 where v keeps them."""
+    """Largest excess over the bounds (n,), in tolerances: at most 1 where v keeps them; NaN counts as infinite."""
     worst = 0.0
     for i in range(v.shape[0]):
+        if np.isnan(v[i]) or np.isnan(low[i]) or np.isnan(high[i]):
+            return np.inf
         worst = max(worst, (low[i] - v[i]) / tolerance[i], (v[i] - high[i]) / tolerance[i])
     return worst
 
@@ -51,12 +53,15 @@ def sampled_defects(margin: Array, predicted: Array, rate: Array, slack: Array, 
     """Raise each defect (m,) to what the predicted margin falls short of margin + T (rate - slack), per second.
 
     rate is the demanded rate of the margin, -eta margin for a margin >= 0: the predicted margin is then asked to be
-    at least (1 - eta T) margin. -inf for constraints that are not enforced.
+    at least (1 - eta T) margin. -inf for constraints that are not enforced. A predicted margin that is NaN makes the
+    defect NaN.
     """
     for i in range(margin.shape[0]):
-        if rate[i] > -np.inf:
-            short = (margin[i] - predicted[i]) / period + rate[i] - slack[i]
-            defect[i] = max(defect[i], short)
+        if rate[i] == -np.inf:
+            continue
+        short = (margin[i] - predicted[i]) / period + rate[i] - slack[i]
+        if not short <= defect[i] and not np.isnan(defect[i]):
+            defect[i] = short
 
 
 @compiled("float64(float64[::1], float64[::1])")

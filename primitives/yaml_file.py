@@ -1,4 +1,4 @@
-"""YAML files, which may be hostile, to plain data and the line where each value stands.
+"""YAML files, which may be hostile, to plain data and the line where each value stands; and plain data to YAML.
 
 Refused, each with its line: a key given twice, anchors, aliases and tags, numbers that are not finite, control
 characters, a second document, and what is too large or too deep to have been written by hand.
@@ -12,13 +12,15 @@ from typing import Any
 
 import yaml
 
-from primitives.document import Document, Mark, Problem, ValuePath, in_words, printable, refuse
+from primitives.document import MAX_PROBLEMS, Document, Mark, Problem, ValuePath, in_words, printable, refuse
 from primitives.errors import FileError, InputError
-from primitives.yaml_scalars import resolve
+from primitives.yaml_scalars import resolve, to_yaml
 
 MAX_BYTES = 1_000_000
 MAX_DEPTH = 32
-MAX_VALUES = 100_000
+MAX_ITEMS = 1000
+"""In one list, or keys in one place."""
+MAX_VALUES = 50_000
 
 _PARSER: Any = getattr(yaml, "CSafeLoader", yaml.SafeLoader)
 # U+0085, U+2028 and U+2029 end a line for YAML but not for the editor by whose line numbers people go.
@@ -76,6 +78,20 @@ def parse(text: str, file: str) -> Document:
     return Document(data, builder.marks, tuple(builder.problems))
 
 
+def write(data: Any) -> str:
+    """Plain data as the text of a file that `read` takes.
+
+    Raises
+    ------
+    InputError : what `read` would refuse, e.g. a number that is not finite or more than `MAX_ITEMS` items.
+    """
+    text = to_yaml(data)
+    document = parse(text, "text to write")
+    if document.problems or document.data != data:
+        refuse(document.problems or [Problem(document.mark(()), (), "cannot be written to YAML without loss")])
+    return text
+
+
 def _syntax(error: yaml.MarkedYAMLError, text: str, file: str) -> Problem:
     at, begun = error.problem_mark, error.context_mark
     since, hint = "", "check this line and the one above"
@@ -86,7 +102,8 @@ def _syntax(error: yaml.MarkedYAMLError, text: str, file: str) -> Problem:
     if "mapping values" in str(error.problem):
         hint = 'check the indentation, and put text that holds ": " in quotes'
     line = at.line if at is not None else 0
-    content = _LINE_END.split(text)[line]
+    lines = _LINE_END.split(text)
+    content = lines[min(line, len(lines) - 1)]
     mark = Mark(file, line + 1)
     if "\t" in content[: len(content) - len(content.lstrip())]:
         return Problem(mark, (), "a tab indents this line; YAML is indented with spaces")
@@ -110,6 +127,8 @@ class _Builder:
         field = in_words(path)
         mark = Mark(self._file, event.start_mark.line + 1)
         self.problems.append(Problem(mark, path, f"{field}: {message}" if field else message))
+        if len(self.problems) >= MAX_PROBLEMS:
+            raise _UnreadableError
 
     def _stop(self, event: Any, message: str) -> None:
         self._report(event, (), message)
@@ -120,7 +139,8 @@ class _Builder:
         first = next(self._events)
         data = None if isinstance(first, yaml.StreamEndEvent) else self._value(next(self._events), ())
         if data is None and not self.problems:
-            self._stop(first, "the file is empty; expected keys and values")
+            self.problems.append(Problem(self.marks[()], (), "the file is empty; expected keys and values"))
+            raise _UnreadableError
         for event in self._events:
             if isinstance(event, yaml.DocumentStartEvent):
                 self._stop(event, "a second document begins here; put it in a file of its own")
@@ -151,21 +171,27 @@ class _Builder:
         except InputError as error:
             return self._report(event, path, str(error))
 
+    def _check_size(self, event: Any, path: ValuePath, size: int) -> None:
+        if size >= MAX_ITEMS:
+            self._stop(event, f"{in_words(path)}: more than {MAX_ITEMS} items, the most that are read")
+
     def _list(self, path: ValuePath) -> list[Any]:
         out: list[Any] = []
         while not isinstance(event := next(self._events), yaml.SequenceEndEvent):
+            self._check_size(event, path, len(out))
             out.append(self._value(event, (*path, len(out))))
         return out
 
     def _mapping(self, path: ValuePath) -> dict[str, Any]:
         out: dict[str, Any] = {}
         while not isinstance(event := next(self._events), yaml.MappingEndEvent):
-            key = event.value if isinstance(event, yaml.ScalarEvent) and event.anchor is None else None
-            if key is None or (not key and not event.style):
-                self._report(event, path, "expected plain text as a key")
-                self._value(event, (*path, "?"))
-                self._value(next(self._events), (*path, "?"))
-            elif key in out:
+            self._check_size(event, path, len(out))
+            if not isinstance(event, yaml.ScalarEvent) or not (event.value or event.style):
+                self._stop(event, f"{in_words((*path, '?'))}: expected a text as key")
+            key = event.value
+            if event.anchor is not None or event.tag is not None:
+                self._report(event, (*path, key), "anchors and tags are not allowed; remove what stands before the key")
+            if key in out:
                 first = self.marks[(*path, key)].line
                 self._report(event, (*path, key), f"this key stands in line {first} already; keep one of the two")
                 self._value(next(self._events), (*path, key))

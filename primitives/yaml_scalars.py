@@ -1,7 +1,7 @@
 """Which value a YAML scalar stands for, and plain data as YAML.
 
 YAML 1.2's core schema in decimal, not PyYAML's: ``1e-3`` is a number, ``1:30``, ``0x10`` and ``yes`` are text. What
-`write` writes is read back as equal data, floats to the bit.
+`to_yaml` writes is read back as equal data, floats to the bit.
 """
 
 import re
@@ -65,7 +65,7 @@ for _tag, _pattern, _first in (
     _Dumper.add_implicit_resolver(f"tag:yaml.org,2002:{_tag}", re.compile(f"(?:{_pattern.pattern})$"), _first)
 
 
-def write(data: Any) -> str:
+def to_yaml(data: Any) -> str:
     """Plain data as YAML: lists of numbers in one line, floats with all their digits, no anchors.
 
     Raises
@@ -76,5 +76,5 @@ def write(data: Any) -> str:
         return str(
             yaml.dump(data, Dumper=_Dumper, default_flow_style=None, sort_keys=False, allow_unicode=True, width=110)
         )
-    except yaml.YAMLError as error:
+    except (yaml.YAMLError, UnicodeEncodeError) as error:
         raise InputError(f"cannot be written as YAML: {error}") from None

@@ -15,6 +15,7 @@ from primitives.errors import InputError
 from scenarios.analysis.trace import Trace, TraceWriter
 from scenarios.plants.kinematic import KinematicPlant
 from scenarios.scene import Scene
+from scenarios.scene_file import dump_scene
 from vfi.controller import Controller
 
 DRAIN_SECONDS = 0.05
@@ -75,6 +76,7 @@ def _header(scene: Scene, controller: Controller, seed: int) -> Mapping[str, Any
         "constraints": {c.name: c.definition.unit for c in scene.constraints},
         "enforced": [c.name for c in scene.constraints if c.enforced],
         "versions": versions(),
+        "resolved_scene": dump_scene(scene),
     }
 
 

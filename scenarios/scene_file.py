@@ -11,8 +11,7 @@ from primitives.document import Document, Problem, refuse
 from primitives.errors import InputError, UnknownNameError
 from primitives.file_model import Names, show, validate
 from primitives.spec import declared_names
-from primitives.yaml_file import read
-from primitives.yaml_scalars import write
+from primitives.yaml_file import read, write
 from scenarios.robots import robots
 from scenarios.scene import Scene
 from scenarios.scene_model import SceneModel, scene_data
@@ -44,7 +43,7 @@ def dump_scene(scene: Scene) -> str:
 
     Raises
     ------
-    InputError : a text that a file cannot hold: empty, over 200 characters, or with control characters.
+    InputError : what a file cannot hold: a text over 200 characters or not printable, more than 1000 items.
     """
     return write(scene_data(scene))
 

@@ -8,7 +8,18 @@ from numpy.typing import ArrayLike
 from pydantic import AfterValidator, Field, PlainValidator, TypeAdapter, ValidationInfo
 
 from primitives.errors import InputError
-from primitives.file_model import FileModel, Numbers, Positive, Text, Vector, check_text, one_of, refers_to, show
+from primitives.file_model import (
+    FileModel,
+    Numbers,
+    Positive,
+    Text,
+    Vector,
+    check_text,
+    list_of,
+    one_of,
+    refers_to,
+    show,
+)
 from primitives.spec import ConstraintsField, constraints_data
 from scenarios.robots import robots
 from scenarios.scene import Scene, check_duration, check_name
@@ -21,8 +32,14 @@ class _WaypointModel(FileModel):
     rotation: Vector = Field(default=[0.0, 0.0, 0.0])
 
 
+def _some(value: list[_WaypointModel]) -> list[_WaypointModel]:
+    if not value:
+        raise InputError("expected at least one waypoint, got none")
+    return value
+
+
 class _ReferenceModel(FileModel):
-    waypoints: Annotated[list[_WaypointModel], Field(min_length=1)]
+    waypoints: Annotated[list[_WaypointModel], list_of(_WaypointModel), AfterValidator(_some)]
     segment: Positive
 
 

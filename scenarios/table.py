@@ -8,7 +8,6 @@ from rich.box import SIMPLE_HEAD
 from rich.console import Console
 from rich.table import Table
 
-
 PIPED_WIDTH = 120
 """Columns of the table where nobody sits at a terminal: nothing is cut off in a file."""
 
@@ -19,8 +18,8 @@ def print_results(results: Sequence[dict[str, Any]], files: Sequence[Path] = ())
     first = results[0]
     title = f"smallest margins in mm: {first['solver']}, T = {first['period_s'] * 1e3:g} ms, guard {first['guard']}"
     caption = (
-        "x: violated; infeas., guard: cycles; error: largest |vec8(x - x_d)|; acc.: rms of the joints' acceleration over "
-        "the last 2 s; time: median of a cycle, us"
+        "x: violated; infeas., guard: cycles; error: largest |vec8(x - x_d)|; acc.: rms of the joints' "
+        "acceleration over the last 2 s; time: median of a cycle, us"
     )
     table = Table(
         title=title,

@@ -55,15 +55,24 @@ class PoseTrajectory:
         number(self.segment, "segment of PoseTrajectory, seconds", positive=True)
 
     def poses(self, first_orientation: ArrayLike) -> Array:
-        """(k, 8) unit dual quaternions of the waypoints, for a first orientation (4,) [w x y z]."""
-        r0, out = array(first_orientation, (4,), "first orientation"), []
+        """(k, 8) unit dual quaternions of the waypoints, for a first orientation (4,) [w x y z].
+
+        Raises
+        ------
+        InputError : no unit quaternion.
+        """
+        r0 = dq.as_pose(np.r_[array(first_orientation, (4,), "first orientation"), np.zeros(4)], "first orientation")[
+            :4
+        ]
+        out = []
         for w in self.waypoints:
             turn = dq.exponential(np.r_[0.0, 0.5 * np.asarray(w.rotation), np.zeros(4)])[:4]
             out.append(dq.from_rotation_translation(dq.quaternion_product(turn, r0), np.array(w.position, dtype=float)))
         return np.array(out)
 
     def sample(self, first_orientation: ArrayLike, period: float, cycles: int) -> Array:
-        """(cycles, 8) the reference at t = 0, T, 2 T, ..."""
+        """(cycles, 8) the reference at t = 0, T, 2 T, ... for a period T in seconds; errors as for `poses`."""
+        number(period, "period of the reference, seconds", positive=True)
         poses = self.poses(first_orientation)
         out = np.empty((cycles, 8))
         last = len(poses) - 1

@@ -36,7 +36,7 @@ def test_wheel_holds_the_four_rooms_with_their_data_and_nothing_else(tmp_path):
         str(p.relative_to(ROOT))
         for room in ROOMS
         for p in (ROOT / room).rglob("*")
-        if p.is_file() and p.suffix in (".py", ".pyi", ".typed", ".urdf", ".yaml", ".xml") or p.name == "py.typed"
+        if (p.is_file() and p.suffix in (".py", ".pyi", ".typed", ".urdf", ".yaml", ".xml")) or p.name == "py.typed"
     }
     missing = {s for s in sources if s not in names}
     assert not missing

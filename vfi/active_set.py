@@ -18,15 +18,18 @@ OPTIMAL = int(SolverStatus.OPTIMAL)
 INFEASIBLE = int(SolverStatus.INFEASIBLE)
 NOT_CONVERGED = int(SolverStatus.NOT_CONVERGED)
 NOT_CONVEX = int(SolverStatus.NOT_CONVEX)
+NOT_SOLVED = int(SolverStatus.NOT_SOLVED)
 
 FEASIBLE = 1e-11
-"""A row of unit normal counts as satisfied above minus this."""
+"""A row of unit normal counts as satisfied above minus this; ten times more for every round after the second."""
 TOLERATED = 1e-7
 """A row that depends on the active ones to rounding, and is violated by less, is left at that."""
-DEPENDENT = 1e-13
+DEPENDENT = 1e-20
 """Share of a normal's squared length, in the metric of H, that must lie outside the active ones."""
 ROUNDS = 20
 """Iterations allowed per row and variable."""
+HELD, LEFT = 1, 2
+"""Marks in the mask: a row that is active, and one that is left at a tolerated violation for as long as it stays so."""
 
 
 def work_rows(n: int) -> int:
@@ -242,12 +245,13 @@ def solve(
     x : (n,) the answer.
     multiplier : (m + 2n,) multipliers of rows, lower and upper bounds, all >= 0.
     active : (n + 2,) count of active rows and their numbers; what it holds on entry is the warm start.
-    mask : (m + 2n,) scratch, zero on entry and on return: 1 for rows that are active or tolerated.
+    mask : (m + 2n,) scratch, zero on entry and on return.
     scale : (m,) scratch. work : (`work_rows(n)`, n) scratch.
 
     Returns
     -------
-    A `SolverStatus`. For INFEASIBLE the active rows are those in conflict, the last of them the one that did not fit.
+    A `SolverStatus`; NOT_SOLVED where a number is NaN, or a row infinite. For INFEASIBLE the active rows are those in
+    conflict, the last of them the one that did not fit.
     """
     m, n = A.shape
     u, normal, d, r = 2 * n, 2 * n + 2, 2 * n + 3, 2 * n + 4
@@ -256,6 +260,8 @@ def solve(
         square = 0.0
         for j in range(n):
             square += A[k, j] * A[k, j]
+        if not np.isfinite(square) or np.isnan(b[k]):
+            return NOT_SOLVED
         if square < 1e-28:
             scale[k] = 0.0
             if b[k] > FEASIBLE:
@@ -264,13 +270,16 @@ def solve(
                 return INFEASIBLE
         else:
             scale[k] = 1.0 / np.sqrt(square)
+    for j in range(n):
+        if np.isnan(g[j]) or np.isnan(low[j]) or np.isnan(high[j]):
+            return NOT_SOLVED
     if _inverse_factor(H, work) != OPTIMAL:
         return NOT_CONVEX
     remembered = active[0]
     active[0] = 0
     for i in range(min(remembered, n)):
         k = active[1 + i]
-        if mask[k] or (k < m and (scale[k] == 0.0 or b[k] == -np.inf)):
+        if k < 0 or k >= m + 2 * n or mask[k] or (k < m and (scale[k] == 0.0 or b[k] == -np.inf)):
             continue
         if np.isinf(_normal(A, b, low, high, scale, k, work, normal)):
             continue
@@ -285,24 +294,31 @@ def solve(
             _append(work, n, d, active[0])
             active[1 + active[0]] = k
             active[0] += 1
-            mask[k] = 1
+            mask[k] = HELD
     _settle(g, A, b, low, high, scale, active, mask, work, x)
-    status, settled = NOT_CONVERGED, True
-    for _ in range(ROUNDS * (m + 3 * n)):
-        worst, p = -FEASIBLE, -1
+    status, settled, careful, feasible = NOT_CONVERGED, True, False, FEASIBLE
+    for turn in range(ROUNDS * (m + 3 * n)):
+        if turn > 2 * (m + 3 * n) and turn % (m + 3 * n) == 0 and feasible < TOLERATED:
+            feasible *= 10.0
+        if careful and not settled:
+            _settle(g, A, b, low, high, scale, active, mask, work, x)
+            settled = True
+        worst, p = -feasible, -1
         for k in range(m):
-            if mask[k] == 0 and scale[k] > 0.0 and b[k] > -np.inf:
+            if mask[k] != HELD and scale[k] > 0.0 and b[k] > -np.inf:
                 value = -b[k]
                 for j in range(n):
                     value += A[k, j] * x[j]
                 value *= scale[k]
-                if value < worst:
+                if value < worst and (mask[k] != LEFT or value < -TOLERATED):
                     worst, p = value, k
         for j in range(n):
-            if x[j] - low[j] < worst and mask[m + j] == 0:
-                worst, p = x[j] - low[j], m + j
-            if high[j] - x[j] < worst and mask[m + n + j] == 0:
-                worst, p = high[j] - x[j], m + n + j
+            value, k = x[j] - low[j], m + j
+            if value < worst and mask[k] != HELD and (mask[k] != LEFT or value < -TOLERATED):
+                worst, p = value, k
+            value, k = high[j] - x[j], m + n + j
+            if value < worst and mask[k] != HELD and (mask[k] != LEFT or value < -TOLERATED):
+                worst, p = value, k
         if p < 0:
             if settled:
                 status = OPTIMAL
@@ -334,8 +350,12 @@ def solve(
             free = outside > DEPENDENT * (inside + outside)
             primal_step = -worst / outside if free else np.inf
             step = min(dual_step, primal_step)
+            if step == np.inf and not careful:
+                # Rounding has accumulated in x: go on with an x that is computed anew in each turn.
+                careful = True
+                break
             if step == np.inf and worst > -TOLERATED:
-                mask[p] = 1
+                mask[p] = LEFT
                 break
             if step == np.inf:
                 for k in range(m + 2 * n):
@@ -357,7 +377,7 @@ def solve(
                 work[u, count] = mine
                 active[1 + count] = p
                 active[0] = count + 1
-                mask[p] = 1
+                mask[p] = HELD
                 break
             _drop(work, n, active, mask, u, place)
     for k in range(m + 2 * n):

@@ -1,6 +1,7 @@
 """`Controller`: a constraint set, a robot and a task, lowered once; `step` is one cycle."""
 
 from collections.abc import Mapping
+from contextlib import suppress
 from time import perf_counter_ns
 from typing import Any
 
@@ -8,7 +9,7 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from primitives import dual_quaternion as dq
-from primitives.checks import Array, array, known
+from primitives.checks import Array, array, known, number
 from primitives.constraint import ConstraintSet
 from primitives.errors import InputError
 from primitives.evaluate import entity_arrays
@@ -25,6 +26,13 @@ from vfi.record import Head, columns, width
 from vfi.tasks import PoseTask, Task
 
 EXPIRY_PERIODS = 2.0
+
+
+def _count(value: Any, what: str, low: int) -> int:
+    out = number(value, what, low=low)
+    if out != int(out):
+        raise InputError(f"{what}: expected a whole number, got {out:g}")
+    return int(out)
 
 
 def _plain(value: Any) -> Any:
@@ -75,7 +83,11 @@ class Controller:
         entry = solvers[solver]
         if entry.tracks_pose_only and not isinstance(task, PoseTask):
             raise InputError(f'solver "{solver}" needs a PoseTask, got {type(task).__name__}')
-        settings = Settings(period, eta, limit_eta, recovery_linear, recovery_angular, Guard[guard.upper()], user_rows)
+        user_rows, ring = _count(user_rows, "user_rows", 0), _count(ring, "ring", 1)
+        recovery = recovery_linear, recovery_angular
+        settings = Settings(
+            period, eta, limit_eta, *recovery, Guard[guard.upper()], user_rows, second_solver=entry.bind is not None
+        )
         lowered = lower(robot, constraints, task, group, settings)
         self.robot, self.constraints, self.task, self.period = robot, constraints, task, float(period)
         self.group, self.solver, self.guard = group, solver, guard
@@ -138,9 +150,11 @@ class Controller:
         return command
 
     def _take_in(self, measurement: Measurement, reference: ArrayLike, rows: Rows | None) -> float:
-        """Copy the inputs to the cycle's memory and return the time; raises InputError for what has not the right form."""
+        """Copy the inputs to the cycle's memory and return the time; raises InputError where their form is wrong."""
         t = measurement.t
-        if not t > self._t:
+        if type(t) is not float:
+            t = number(t, "t")
+        if not self._t < t < np.inf:
             raise InputError(f"t: expected a time after {self._t} s, got {t}")
         for view, value, what in (
             (self._q, measurement.q, "q"),
@@ -158,7 +172,7 @@ class Controller:
         if self._user_rows or rows is not None:
             self._take_rows(rows)
         self._t = t
-        return float(t)
+        return t
 
     def _take_rows(self, rows: Rows | None) -> None:
         m, d = len(self.constraints), len(self.joints)
@@ -171,7 +185,7 @@ class Controller:
         if k > self._user_rows:
             raise InputError(f"got {k} rows, expected at most {self._user_rows}; raise user_rows of the Controller")
         margin = array(rows.margin, (k,), "margin of rows")
-        if not 0.0 < rows.eta * self.period <= 1.0:
+        if not 0.0 < rows.eta * self.period <= 1.0 + 1e-12:
             raise InputError(f"eta of rows: expected 0 < eta T <= 1, got eta = {rows.eta} and T = {self.period}")
         settings = self._memory.real[Real.SETTINGS]
         A[m : m + k] = jacobian
@@ -179,7 +193,7 @@ class Controller:
         demand[m : m + k] = demanded - array(np.broadcast_to(rows.residual, k), (k,), "residual of rows")
 
     def _with_backend(self, backend: Backend, t: float, row: int) -> None:
-        """As the compiled cycle, with another solver; where it finds no answer the kernel is asked."""
+        """As the compiled cycle, with another solver and the kernel behind it."""
         if compiled_cycle.prepare(*self._arguments) < State.HOLD:
             again = 1
             while again:
@@ -188,12 +202,13 @@ class Controller:
         compiled_cycle.finish(*self._arguments, t, self.ring, row)
 
     def _ask(self, backend: Backend) -> SolverStatus:
-        try:
-            status = backend.solve(self._v, self._multiplier)
-        except Exception:
-            status = SolverStatus.NOT_SOLVED
+        """The back end's answer; the kernel's where that is none, or where re-solving has not helped."""
+        status = SolverStatus.NOT_SOLVED
+        if self._outcome[Slot.RESOLVES] <= compiled_cycle.RESOLVES:
+            with suppress(Exception):
+                status = SolverStatus(backend.solve(self._v, self._multiplier))
         self._outcome[Slot.SOLVER] = status
-        if status == SolverStatus.OPTIMAL or self._outcome[Slot.RESOLVES] > 0:
+        if status == SolverStatus.OPTIMAL and np.isfinite(self._v).all():
             return status
         infeasible = status == SolverStatus.INFEASIBLE
         status = SolverStatus(compiled_cycle.optimise(*self._arguments))
@@ -206,9 +221,11 @@ class Controller:
         """A FAULT command for inputs that could not even be read."""
         self._outcome[:] = 0
         self._outcome[Slot.STATE], self._outcome[Slot.REASON] = State.FAULT, Reason.MEASUREMENT
-        self._v[:], self._multiplier[:] = 0.0, 0.0
-        row, t = self.cycles % len(self.ring), getattr(measurement, "t", np.nan)
-        t = float(t) if isinstance(t, int | float) and np.isfinite(t) else self._t
+        self._outcome[Slot.WHERE] = -1
+        self._v[:], self._multiplier[:], self._memory.real[Real.SLACK][:] = 0.0, 0.0, 0.0
+        row, t = self.cycles % len(self.ring), self._t
+        with suppress(Exception):
+            t = number(measurement.t, "t")
         compiled_cycle.finish(*self._arguments, t, self.ring, row)
         self.cycles += 1
         reason = str(error) if isinstance(error, InputError) else f"{type(error).__name__}: {error}"

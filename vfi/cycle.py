@@ -18,7 +18,7 @@ from primitives.verification import (
     sampled_defects,
     worst_defect,
 )
-from vfi.active_set import OPTIMAL, solve
+from vfi.active_set import INFEASIBLE, OPTIMAL, solve
 from vfi.inequality import fill_rows
 from vfi.limits import fill_bounds
 from vfi.memory import MEMORY, Real, Whole, cube, integer_matrix, integers, matrix, vector
@@ -28,7 +28,7 @@ from vfi.relaxation import relax
 from vfi.tasks import POSE, fill_cost, fill_pose_task, fill_velocity_task, pose_of_frame, unit_defect
 
 RESOLVES = 3
-"""How often a program is solved again with the measured defect on its right-hand side."""
+"""How often a program is solved again with the measured defect on its right-hand side, before a second solver is."""
 HALVINGS = 8
 """How often a command is halved before it is given up."""
 UNIT = 1e-6
@@ -39,12 +39,13 @@ UNIT = 1e-6
 def conclude(f: Array, fl: np.ndarray, w: np.ndarray, wl: np.ndarray, state: int, reason: int, where: int) -> int:
     """Write down state and reason unless a graver one stands there; HOLD and FAULT command zero. Returns the state."""
     outcome = integers(w, wl, Whole.OUTCOME)
-    if state > outcome[Slot.STATE]:
+    if state > outcome[Slot.STATE] or (state == outcome[Slot.STATE] and reason == Reason.SLACK):
         outcome[Slot.STATE] = state
         outcome[Slot.REASON] = reason
         outcome[Slot.WHERE] = where
     if state >= State.HOLD:
         vector(f, fl, Real.V)[:] = 0.0
+        vector(f, fl, Real.MULTIPLIER)[:] = 0.0
     return state
 
 
@@ -162,7 +163,7 @@ def optimise(f: Array, fl: np.ndarray, w: np.ndarray, wl: np.ndarray) -> int:
     if status == OPTIMAL or outcome[Slot.RESOLVES] > 0:
         outcome[Slot.SOLVER] = status
         return status
-    outcome[Slot.INFEASIBLE] = 1
+    outcome[Slot.INFEASIBLE] = int(status == INFEASIBLE)
     settings, low, high = vector(f, fl, Real.SETTINGS), vector(f, fl, Real.LOW), vector(f, fl, Real.HIGH)
     limits = matrix(f, fl, Real.LIMITS)
     if np.min(limits[3]) < np.inf:
@@ -263,11 +264,23 @@ def raise_demands(f: Array, fl: np.ndarray, v: Array) -> None:
             b[i] = max(b[i], value) + defect[i]
 
 
+@compiled(f"int64({MEMORY})")
+def worst_row(f: Array, fl: np.ndarray, w: np.ndarray, wl: np.ndarray) -> int:
+    """Row with the largest defect in tolerances, -1 where every row is kept and a joint limit is what fails."""
+    defect, tolerance = vector(f, fl, Real.DEFECT), vector(f, fl, Real.TOLERANCE)
+    place, worst = -1, 1.0
+    for i in range(defect.shape[0]):
+        if not defect[i] / tolerance[i] <= worst:
+            place, worst = i, defect[i] / tolerance[i]
+    return place
+
+
 @compiled(f"int64({MEMORY}, int64)")
 def judge(f: Array, fl: np.ndarray, w: np.ndarray, wl: np.ndarray, solver: int) -> int:
     """Verify V and decide what becomes of it; returns 1 when the program, now raised, is to be solved again."""
     outcome, v, candidate = integers(w, wl, Whole.OUTCOME), vector(f, fl, Real.V), vector(f, fl, Real.CANDIDATE)
-    guard = integers(w, wl, Whole.OPTIONS)[Option.GUARD]
+    options = integers(w, wl, Whole.OPTIONS)
+    guard = options[Option.GUARD]
     found = solver == OPTIMAL and all_finite(v) == 1
     if not found and outcome[Slot.RESOLVES] == 0:
         reason = Reason.INFEASIBLE if outcome[Slot.INFEASIBLE] else Reason.SOLVER
@@ -282,7 +295,7 @@ def judge(f: Array, fl: np.ndarray, w: np.ndarray, wl: np.ndarray, solver: int) 
         if guard == Guard.WATCH:
             return 0
         candidate[:] = v
-        if outcome[Slot.RESOLVES] < RESOLVES:
+        if outcome[Slot.RESOLVES] < RESOLVES + options[Option.SECOND_SOLVER]:
             outcome[Slot.RESOLVES] += 1
             raise_demands(f, fl, v)
             return 1
@@ -293,7 +306,7 @@ def judge(f: Array, fl: np.ndarray, w: np.ndarray, wl: np.ndarray, solver: int) 
         if violation(f, fl, w, wl) <= 1.0:
             conclude(f, fl, w, wl, State.DEGRADED, Reason.HALVED, -1)
             return 0
-    conclude(f, fl, w, wl, State.HOLD, Reason.NOT_KEPT, int(np.argmax(vector(f, fl, Real.DEFECT))))
+    conclude(f, fl, w, wl, State.HOLD, Reason.NOT_KEPT, worst_row(f, fl, w, wl))
     return 0
 
 

@@ -6,8 +6,6 @@ from vfi.memory import Memory, Real, Whole
 from vfi.outcome import Reason, Slot
 
 _TEXT = {
-    Reason.NOT_FINITE: "q, qdot, the reference or an entity is NaN or infinite",
-    Reason.REFERENCE: "the reference pose is not a unit dual quaternion",
     Reason.SOLVER: "the solver found no answer that is finite",
     Reason.HALVED: "re-solving did not keep all margins for a period; the command was scaled down",
     Reason.ACCELERATION: "the acceleration limits yielded to position or velocity limits, or to a constraint",
@@ -38,6 +36,15 @@ def slacks(memory: Memory, names: tuple[str, ...]) -> dict[str, float]:
     return {labels[i]: float(short[i]) for i in np.flatnonzero(short > 1e-9)}
 
 
+def _not_finite(memory: Memory) -> str:
+    """Which number of the measurement or the reference is NaN or infinite."""
+    for what, block in (("q", Real.Q), ("qdot", Real.QDOT), ("reference", Real.REFERENCE)):
+        values = memory.real[block]
+        if not np.isfinite(values).all():
+            return f"{what}: expected finite numbers, got {values.tolist()}"
+    return "an entity: expected finite numbers"
+
+
 def explain(memory: Memory, names: tuple[str, ...], joints: tuple[str, ...]) -> str:
     """The reason of the last cycle's outcome, in one line."""
     outcome, angular = memory.whole[Whole.OUTCOME], memory.whole[Whole.ANGULAR]
@@ -52,8 +59,18 @@ def explain(memory: Memory, names: tuple[str, ...], joints: tuple[str, ...]) -> 
             f'constraint "{names[where]}": its elements are at {distance:.3g} {unit(names[where])}, where the distance '
             "has no gradient and no row can be written"
         )
+    if reason == Reason.NOT_FINITE:
+        return _not_finite(memory)
+    if reason == Reason.REFERENCE:
+        x = memory.real[Real.REFERENCE]
+        return (
+            f"reference: expected a unit dual quaternion r + eps (1/2) t r, got {x.tolist()}, with |r| = "
+            f"{np.linalg.norm(x[:4]):.9g} and <r, dual part> = {x[:4] @ x[4:]:.3g}"
+        )
     if reason == Reason.NOT_KEPT:
-        label = f'constraint "{names[where]}"' if where < len(names) else f"row {where - len(names)}"
+        label = "a joint limit"
+        if where >= 0:
+            label = f'constraint "{names[where]}"' if where < len(names) else f"row {where - len(names)}"
         return f"{label} would not be kept for a period, neither re-solved nor scaled down; standing still"
     if reason == Reason.SLACK:
         parts = [f"{name} by {value:.3g} {unit(name)}/s" for name, value in slacks(memory, names).items()]

@@ -7,7 +7,7 @@ import numpy as np
 
 from primitives.checks import Array, array, known, number
 from primitives.constraint import ConstraintSet
-from primitives.elements import WORLD
+from primitives.elements import WORLD, Element
 from primitives.errors import InactiveConstraintError, InputError
 from primitives.evaluate import tabulate, used_entities, used_frames
 from primitives.kinematics import FlatModel, world_first
@@ -29,6 +29,7 @@ class Settings(NamedTuple):
     recovery_angular: float
     guard: Guard
     user_rows: int
+    second_solver: bool
 
 
 class Lowered(NamedTuple):
@@ -64,23 +65,23 @@ def _gain(value: float, what: str, period: float) -> float:
 
 
 def _check_influence(constraints: ConstraintSet, frames: tuple[str, ...], flat: FlatModel, decided: np.ndarray) -> None:
-    """Refuse an enforced constraint whose elements no decided joint moves: it would yield no row."""
+    """Refuse an enforced constraint whose elements no decided joint moves against each other: it yields no row."""
 
-    def moved(frame: str, entity: str | None) -> bool:
-        if entity is not None or frame == WORLD:
-            return False
-        joint = flat.frame_joint[frames.index(frame)]
+    def movers(element: Element) -> set[int]:
+        found: set[int] = set()
+        joint = -1 if element.entity is not None else int(flat.frame_joint[frames.index(element.frame)])
         while joint >= 0:
             if joint in decided:
-                return True
-            joint = flat.parent[joint]
-        return False
+                found.add(joint)
+            joint = int(flat.parent[joint])
+        return found
 
     for c in constraints:
-        if c.enforced and not any(moved(e.frame, e.entity) for e in (c.first, c.second)):
+        if c.enforced and movers(c.first) == movers(c.second):
+            on = " and ".join(f'"{e.entity or e.frame}"' for e in (c.first, c.second))
             raise InactiveConstraintError(
-                f'constraint "{c.name}" is enforced, but none of the decided joints moves one of its elements '
-                f'(frames "{c.first.frame}" and "{c.second.frame}"): put one on a frame of the arm, or watch it'
+                f'constraint "{c.name}" is enforced, but none of the decided joints moves its elements, on {on}, '
+                "against each other: put one on another frame of the arm, or watch it"
             )
 
 
@@ -134,6 +135,7 @@ def lower(robot: Robot, constraints: ConstraintSet, task: Task, group: str, sett
     chosen[Setting.RECOVERY_LINEAR], chosen[Setting.RECOVERY_ANGULAR] = recovery
     options = whole[Whole.OPTIONS]
     options[Option.GUARD], options[Option.ROBOT_FRAMES] = settings.guard, len(frames)
+    options[Option.SECOND_SOLVER] = settings.second_solver
     options[Option.TASK], options[Option.TIP] = POSE if tracks else VELOCITY, frames.index(tip)
     if isinstance(task, PoseTask):
         chosen[Setting.GAIN], chosen[Setting.DAMPING] = task.gain, task.damping

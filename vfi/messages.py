@@ -1,7 +1,7 @@
 """What goes into a controller and what comes out of it, cycle by cycle."""
 
 from collections.abc import Iterator, Mapping
-from typing import NamedTuple
+from typing import Any, NamedTuple
 
 import numpy as np
 from numpy.typing import ArrayLike
@@ -55,6 +55,13 @@ class ByName(Mapping[str, float]):
 
     def __getitem__(self, name: str) -> float:
         return float(self.array[self._names[known("constraint", name, self._names)]])
+
+    def __contains__(self, name: object) -> bool:
+        return name in self._names
+
+    def get(self, name: str, default: Any = None) -> Any:
+        """The entry of that name, or the default."""
+        return self[name] if name in self._names else default
 
     def __iter__(self) -> Iterator[str]:
         return iter(self._names)

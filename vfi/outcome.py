@@ -88,3 +88,5 @@ class Option(IntEnum):
     TASK = 1
     TIP = 2
     ROBOT_FRAMES = 3
+    SECOND_SOLVER = 4
+    """1 where the active-set kernel stands behind another solver."""

@@ -1,7 +1,9 @@
 """Smallest slack when the rows contradict each other, by safety class: task yields first, patient last.
 
 A row may yield only where standing still would not do either (its demand is positive): its margin is negative, or
-something moves towards it. Velocity and joint limits never yield.
+something moves towards it. Velocity and joint limits never yield. Within a class the largest slack is minimised, then,
+with the rows that need it settled, the largest slack of the others, and so on: a row that is in no conflict yields
+nothing.
 """
 
 import numpy as np
@@ -12,10 +14,12 @@ from primitives.constraint import SAFETY_CLASSES
 from vfi.active_set import OPTIMAL, solve
 
 CLASSES = len(SAFETY_CLASSES)
-REGULARISATION = 1e-8
+REGULARISATION = 1e-12
 """Weight of the squared velocity against the squared slack, so that the program stays strictly convex."""
 ROOM = 1e-8
-"""Added to the slack found, so that the relaxed program is feasible beyond rounding."""
+"""Added to the slack found, so that the relaxed program is feasible beyond rounding; less counts as no slack."""
+SHARE = 1e-6
+"""Share of the class's multipliers, which add up to its slack, from which on a row counts as the cause of it."""
 
 
 @compiled(
@@ -43,8 +47,8 @@ def relax(
     scale: Array,
     work: Array,
 ) -> int:
-    """Fill slack (r,) so that A v >= demand - slack has a solution within the bounds; the largest slack of each class
-    is minimised, the classes in lexicographic order.
+    """Fill slack (r,) so that A v >= demand - slack has a solution within the bounds; the slacks of each class are
+    minimised from the largest one down, the classes in lexicographic order.
 
     The arguments from H on are scratch of a program with one more variable, the slack of the class.
 
@@ -64,22 +68,28 @@ def relax(
     high_wide[n] = np.inf
     slack[:] = 0.0
     for stage in range(CLASSES):
-        needed = False
+        unsettled = 0
         for i in range(rows):
             may_yield = demand[i] > 0.0
-            needed = needed or (may_yield and safety_class[i] == stage)
             for j in range(n):
                 A_wide[i, j] = A[i, j]
             A_wide[i, n] = 1.0 if may_yield and safety_class[i] == stage else 0.0
+            unsettled += int(A_wide[i, n])
             b_wide[i] = -np.inf if may_yield and safety_class[i] > stage else demand[i] - slack[i]
-        if not needed:
-            continue
         active[0] = 0
-        status = solve(H, g, A_wide, b_wide, low_wide, high_wide, v, multiplier, active, mask, scale, work)
-        if status != OPTIMAL:
-            return status
-        if v[n] > 0.0:
-            for i in range(rows):
-                if demand[i] > 0.0 and safety_class[i] == stage:
-                    slack[i] = v[n] + ROOM
+        while unsettled > 0:
+            status = solve(H, g, A_wide, b_wide, low_wide, high_wide, v, multiplier, active, mask, scale, work)
+            if status != OPTIMAL:
+                return status
+            if v[n] <= ROOM:
+                break
+            before, share = unsettled, float(SHARE * v[n])
+            while unsettled == before:
+                for i in range(rows):
+                    if A_wide[i, n] == 1.0 and multiplier[i] > share:
+                        A_wide[i, n] = 0.0
+                        unsettled -= 1
+                        slack[i] = v[n] + ROOM
+                        b_wide[i] = demand[i] - slack[i]
+                share = -1.0
     return OPTIMAL

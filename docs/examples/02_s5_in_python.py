@@ -4,11 +4,11 @@ Run it with ``python docs/examples/02_s5_in_python.py``; it takes a second or tw
 """
 
 import numpy as np
-from scenarios.scene_file import load_scene
 
 from primitives import Constraint, ConstraintSet, Line, Plane, Point
 from scenarios.analysis.metrics import summary
 from scenarios.run import run
+from scenarios.scene_file import load_scene
 
 shaft, parked = Line.z_axis("moving/shaft"), Line.z_axis("parked/shaft")
 shaft_end = Point.at([0.0, 0.0, 0.0], frame="moving/shaft")

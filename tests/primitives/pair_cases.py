@@ -241,30 +241,23 @@ def parallel_lines(rng: Generator, n: int) -> Sample:
 def segments_at(rng: Generator, phi: Array, d: Array, margin: float) -> Sample:
     """Segments whose closest points are two inner points, an end and an inner point, or two ends.
 
-    `margin` says how far the case is from the next: 0 puts the closest points of the lines just at the ends.
+    `margin` is the least cosine between the line of closest points and a segment that is met at an end; at 0, the
+    closest inner point of its line just is that end.
     """
     n = len(phi)
     l, k, normal = two_directions(rng, phi)
     length, reach = log_uniform(rng, n, 0.05, 1.0), log_uniform(rng, n, 0.05, 1.0)
-    kind = rng.integers(0, 4, n)  # inner-inner, end-inner, inner-end, end-end
-    if margin == 0.0:
-        kind = rng.integers(1, 3, n)
-    inner_s, inner_t = rng.uniform(0.2, 0.8, (2, n))
-    # The direction u from b to a: the normal; perpendicular to the one that is met inside; or anything for two ends.
-    psi = np.arccos(rng.uniform(max(margin, 1e-300), 1.0, n)) if margin else np.full(n, np.pi / 2)
-    psi = np.where(rng.random(n) < 0.5, psi, np.pi - psi) * rng.choice([-1.0, 1.0], n)
+    kind = rng.integers(0, 4, n) if margin else rng.integers(1, 3, n)  # inner-inner, end-inner, inner-end, end-end
+    # u from b to a is the common normal; or perpendicular to the segment that is met inside; or anything for two ends.
     u = normal * rng.choice([-1.0, 1.0], n)[:, None]
+    cosine = rng.choice([-1.0, 1.0], n) * rng.uniform(margin, 1.0 if margin else 0.0, n)
     for met, which in ((k, 1), (l, 2)):
-        in_plane = np.cross(met, normal)
-        tilted = np.cos(psi)[:, None] * in_plane + np.sin(psi)[:, None] * normal
-        u[kind == which] = tilted[kind == which]
-    for _ in range(100):
-        clear = (np.abs(inner(u, l)) > margin) & (np.abs(inner(u, k)) > margin)
-        again = (kind == 3) & ~clear
-        if not again.any():
-            break
+        tilted = cosine[:, None] * np.cross(met, normal) + np.sqrt(1.0 - cosine**2)[:, None] * u
+        u = np.where((kind == which)[:, None], tilted, u)
+    while (again := (kind == 3) & ~((np.abs(inner(u, l)) > margin) & (np.abs(inner(u, k)) > margin))).any():
         u[again] = units(rng, int(again.sum()))
-    rising_s, rising_t = inner(u, l), -inner(u, k)  # of the distance along each segment
+    inner_s, inner_t = rng.uniform(0.2, 0.8, (2, n))
+    rising_s, rising_t = inner(u, l), -inner(u, k)  # of the distance along each segment: it is met where it starts
     s = np.where(np.isin(kind, (0, 2)), inner_s, rising_s < 0.0) * length
     t = np.where(np.isin(kind, (0, 1)), inner_t, rising_t < 0.0) * reach
     p = rng.uniform(-0.7, 0.7, (n, 3))

@@ -98,7 +98,8 @@ def test_gradient_is_continuous_where_a_closest_point_meets_an_end(name: str) ->
 @pytest.mark.parametrize("name", [n for n in NAMES if CASES[n].band])
 def test_inside_the_declared_band_the_limiting_formula_holds(name: str) -> None:
     """Its distance and its gradient belong together, exactly (anti)parallel lines included."""
-    assert (limit := CASES[name].band)
+    limit = CASES[name].band
+    assert limit is not None
     sample, distance = limit
     a, b = sample(rng_of(name), 10_000)
     off = diff.off(pairs[name].kernel, distance, a, b, diff.step_of(cases.parallel_bend, a, b))

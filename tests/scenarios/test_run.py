@@ -156,6 +156,15 @@ def test_trace_in_memory_and_on_disk_are_the_same(tmp_path):
     assert summary(loaded)["min_margin_m"] == summary(trace)["min_margin_m"]
 
 
+def test_trace_holds_the_scene_it_was_made_from(tmp_path):
+    path = tmp_path / "S4.mcap"
+    scene = load_scene("S4").with_changes(duration=0.1)
+    run(scene, out=path)
+    again = tmp_path / "again.yaml"
+    again.write_text(Trace.load(path).header["resolved_scene"])
+    assert load_scene(again) == scene
+
+
 def test_progress_reaches_the_end():
     shares = []
     run(load_scene("S1"), period=0.001, progress=shares.append)

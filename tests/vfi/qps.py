@@ -85,9 +85,7 @@ def random_problem(rng: np.random.Generator, n: int, m: int, kinds: frozenset[st
     return Problem(H, g, A, b, low, high, kinds)
 
 
-def _constraints(
-    rng: np.random.Generator, n: int, m: int, kinds: frozenset[str]
-) -> tuple[Array, Array, Array, Array]:
+def _constraints(rng: np.random.Generator, n: int, m: int, kinds: frozenset[str]) -> tuple[Array, Array, Array, Array]:
     A = rng.normal(size=(m, n))
     x0 = rng.normal(size=n)
     for i in range(1, m):
@@ -125,7 +123,7 @@ def _constraints(
 
 def unit_rows(p: Problem) -> tuple[Array, Array, NDArray[np.int64]]:
     """All rows and bounds in force as unit rows N x >= c, and their numbers in the kernel's count."""
-    m, n = p.A.shape
+    n = p.A.shape[1]
     norms = np.linalg.norm(p.A, axis=1)
     N = np.vstack([p.A, np.eye(n), -np.eye(n)])
     c = np.concatenate([p.b, p.low, -p.high])
@@ -134,36 +132,44 @@ def unit_rows(p: Problem) -> tuple[Array, Array, NDArray[np.int64]]:
     return N[kept] / lengths[kept, None], c[kept] / lengths[kept], kept
 
 
-class Certificate(NamedTuple):
-    """What is wrong with an answer: all three zero for the exact minimiser.
+class Residuals(NamedTuple):
+    """How far an answer is from the conditions of Karush, Kuhn and Tucker; all zero for the exact minimiser.
 
-    violation : of the worst unit row. negative : the most negative multiplier of a unit row, as a positive number.
-    distance : bound sqrt(2 gap) on |x - x*| in the metric of H, relative to 1 + |x| in that metric; the gap is that
-        of the dual point the multipliers define, the violation allowed for.
+    violation : of the worst unit row, relative to 1 + |x|. negative : size of the most negative multiplier.
+    loose : largest |slack| of a unit row whose multiplier is not zero, relative to 1 + |x|.
+    gradient : |H x + g - N^T y| relative to the sizes of its summands.
+    distance : bound on |x - x*| in the metric of H, relative to 1 + |x|, that follows from these by the duality gap.
     """
 
     violation: float
     negative: float
+    loose: float
+    gradient: float
     distance: float
 
 
-def certify(p: Problem, x: Array, multiplier: Array) -> Certificate:
+def residuals(p: Problem, x: Array, multiplier: Array) -> Residuals:
     H, g, x = p.H.astype(Long), p.g.astype(Long), x.astype(Long)
-    m, n = p.A.shape
+    n = len(g)
     N, c = np.vstack([p.A, np.eye(n), -np.eye(n)]).astype(Long), np.concatenate([p.b, p.low, -p.high]).astype(Long)
     held = c > -np.inf
-    norms = np.sqrt((N * N).sum(axis=1))
     y = multiplier.astype(Long)
     assert not y[~held].any(), "a row that is not in force has a multiplier"
-    slack = (N[held] @ x - c[held]) / np.where(norms[held] > 0.0, norms[held], 1.0)
-    violation = max(0.0, float(-slack.min())) if held.any() else 0.0
-    negative = max(0.0, float(-(y[held] * norms[held]).min())) if held.any() else 0.0
-    # Stationarity error e = H x + g - N^T y: x is then exactly optimal for the gradient g - e, with gap sum y slack.
-    error = H @ x + g - N[held].T @ y[held]
-    gap = np.abs(y[held] * (N[held] @ x - c[held])).sum()
-    factor = _solve_long(H, error)
-    distance = np.sqrt(2.0 * gap) + np.sqrt(max(float(error @ factor), 0.0))
-    return Certificate(violation, negative, float(distance / (1.0 + np.sqrt(x @ H @ x))))
+    N, c, y = N[held], c[held], y[held]
+    lengths = np.sqrt((N * N).sum(axis=1))
+    slack = (N @ x - c) / np.where(lengths > 0.0, lengths, 1.0)
+    loose = slack / (1.0 + np.abs(x).max())
+    error = H @ x + g - N.T @ y
+    size = 1.0 + np.abs(H) @ np.abs(x) + np.abs(g) + np.abs(N).T @ np.abs(y)
+    # x is the exact minimiser for the gradient g - error, but for a gap of sum y slack.
+    gap, moved = np.abs(y * lengths * slack).sum(), max(float(error @ _solve_long(H, error)), 0.0)
+    distance = (np.sqrt(2.0 * gap) + np.sqrt(moved)) / (1.0 + np.sqrt(x @ H @ x))
+    parts = (-loose, -y * lengths, np.abs(loose[y > 0.0]), np.abs(error / size))
+    return Residuals(*(max(0.0, float(part.max(initial=0.0))) for part in parts), float(distance))
+
+
+def objective(p: Problem, x: Array) -> float:
+    return float(0.5 * x @ p.H @ x + p.g @ x)
 
 
 def _solve_long(H: NDArray[Any], e: NDArray[Any]) -> NDArray[Any]:
@@ -183,17 +189,21 @@ def _solve_long(H: NDArray[Any], e: NDArray[Any]) -> NDArray[Any]:
     return out
 
 
+FAR = 1e6
+"""Rows count as contradicting each other where no x with all |x_i| within this satisfies them."""
+
+
 def least_violation(N: Array, c: Array) -> float:
-    """Smallest t >= -1 for which N x >= c - t has a solution, by HiGHS; > 0 where the rows contradict each other."""
+    """Smallest t >= -1 for which N x >= c - t has a solution within FAR, by HiGHS; > 0 where the rows conflict."""
     n = N.shape[1]
-    cost = np.r_[np.zeros(n), 1.0]
-    found = linprog(
-        cost,
-        A_ub=np.c_[-N, -np.ones(len(N))],
-        b_ub=-c,
-        bounds=[(None, None)] * n + [(-1.0, None)],
-        method="highs",
-        options={"primal_feasibility_tolerance": 1e-10},
-    )
+    problem = {
+        "c": np.r_[np.zeros(n), 1.0],
+        "A_ub": np.c_[-N, -np.ones(len(N))],
+        "b_ub": -c,
+        "bounds": [(-FAR, FAR)] * n + [(-1.0, None)],
+    }
+    found = linprog(**problem, method="highs")
+    if found.status != 0:
+        found = linprog(**problem, method="highs-ipm")
     assert found.status == 0, found.message
     return float(found.fun)

@@ -22,19 +22,28 @@ BETA_OVER_ETA = 40.0 / 50.0
 TOLERANCE = 1e-10
 
 
+class _SilentHighs(highspy.Highs):
+    """HiGHS without its banner, which its constructor prints to stdout before anybody can tell it not to."""
+
+    def enableCallbacks(self) -> None:
+        self.setOptionValue("output_flag", False)
+        super().enableCallbacks()  # type: ignore[no-untyped-call]
+
+
 class PaperLP:
     """The program bound to a controller's memory; the basis is kept from solve to solve.
 
     Parameters
     ----------
-    qp : views of the controller's program; its rows without a demand at the first solve stay out for good.
+    qp : views of the controller's program. Rows that have never had a demand are left out; one that has had one
+        stays, as 0 v + z = 0 where it has none.
     """
 
     def __init__(self, qp: QP):
         self.qp = qp
-        self._rows: np.ndarray | None = None
+        self._rows = np.zeros(0, dtype=np.int64)
         self._basis: highspy.HighsBasis | None = None
-        self._highs = highspy.Highs()  # type: ignore[no-untyped-call]
+        self._highs = _SilentHighs()  # type: ignore[no-untyped-call]
         for option, value in (
             ("output_flag", False),
             ("threads", 1),
@@ -49,11 +58,13 @@ class PaperLP:
         """Dense constraint matrix, right-hand side and cost of the canonical form, as they stand now."""
         J, target, A, b = self.qp.task, self.qp.error, self.qp.A, self.qp.b
         k, n = J.shape
-        if self._rows is None:
-            self._rows = np.flatnonzero(b > -np.inf)
-        demanded = b[self._rows] > -np.inf
-        W = np.vstack([np.eye(n), -np.eye(n), -np.where(demanded[:, None], A[self._rows], 0.0)])
-        w = np.concatenate([self.qp.high, -self.qp.low, -np.where(demanded, b[self._rows], 0.0)])
+        rows = np.union1d(self._rows, np.flatnonzero(b > -np.inf))
+        if len(rows) > len(self._rows):
+            self._rows, self._basis = rows, None
+        W = np.vstack([np.eye(n), -np.eye(n), -A[rows]])
+        w = np.concatenate([self.qp.high, -self.qp.low, -b[rows]])
+        void = w == np.inf
+        W[void], w[void] = 0.0, 0.0
         r = len(w)
         matrix = np.zeros((k + 1 + r, 2 * n + 2 * k + 1 + r))
         matrix[:k, :n], matrix[:k, n : 2 * n] = J, -J
@@ -87,6 +98,12 @@ class PaperLP:
             self._highs.setBasis(self._basis)
         self._highs.run()
         status = self._highs.getModelStatus()
+        if status != highspy.HighsModelStatus.kOptimal and self._basis is not None:
+            # An unlucky basis ends in "unknown" once in ten thousand cycles.
+            self._basis = None
+            self._highs.clearSolver()
+            self._highs.run()
+            status = self._highs.getModelStatus()
         if status == highspy.HighsModelStatus.kInfeasible:
             return SolverStatus.INFEASIBLE
         if status != highspy.HighsModelStatus.kOptimal:
@@ -96,7 +113,6 @@ class PaperLP:
         v[:] = g[:n] - g[n : 2 * n]
         multiplier[:] = 0.0
         bounds, m = dual[k + 1 : k + 1 + 2 * n], len(self.qp.b)
-        assert self._rows is not None
         multiplier[self._rows] = np.maximum(-dual[k + 1 + 2 * n :], 0.0)
         multiplier[m : m + n], multiplier[m + n :] = np.maximum(-bounds[n:], 0.0), np.maximum(-bounds[:n], 0.0)
         return SolverStatus.OPTIMAL
