@@ -106,13 +106,14 @@ def _folder(name: str, digest: str) -> Path | None:
             _announce()
             _forget_old(folder.parent, name)
     except (OSError, RuntimeError) as error:
-        _not_kept(error)
+        _not_kept(getattr(error, "strerror", None) or str(error))
         return None
     return folder
 
 
-def _not_kept(error: Exception) -> None:
-    print(f"active-constraints: compiled code is not kept, its folder cannot be written ({error})", file=sys.stderr)
+@functools.cache
+def _not_kept(reason: str) -> None:
+    print(f"active-constraints: compiled code is not kept, its folder cannot be written ({reason})", file=sys.stderr)
 
 
 @functools.cache
@@ -142,7 +143,7 @@ def compiled(signature: str) -> Callable[[F], F]:
         try:
             return cast(F, numba.njit(signature, cache=folder is not None, error_model="numpy")(function))
         except OSError as error:
-            _not_kept(error)
+            _not_kept(getattr(error, "strerror", None) or str(error))
             return cast(F, numba.njit(signature, error_model="numpy")(function))
         finally:
             config.CACHE_DIR = before

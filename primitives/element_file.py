@@ -10,6 +10,7 @@ robot's `frame`, a moving `entity`, or the world where neither is given.
     any      dual_quaternion, eight numbers, in place of the above (and a segment's length)
 """
 
+from abc import abstractmethod
 from math import hypot
 from typing import Annotated, Any
 
@@ -18,7 +19,8 @@ from pydantic import AfterValidator, Field, PlainValidator, ValidationInfo
 
 from primitives.elements import WORLD, Element, Line, Plane, Point, Segment
 from primitives.errors import InputError, UnknownNameError
-from primitives.file_model import FileModel, Numbers, Text, Vector, check_text, problem_at, refers_to, show
+from primitives.file_fields import Numbers, Text, Vector, check_text, refers_to
+from primitives.file_model import FileModel, problem_at, show
 
 
 def _direction(value: list[float]) -> list[float]:
@@ -36,8 +38,8 @@ class _Attached(FileModel):
     frame: Annotated[Text, refers_to("frame")] = WORLD
     entity: Text | None = None
 
-    def build(self) -> Element:
-        raise NotImplementedError
+    @abstractmethod
+    def build(self) -> Element: ...
 
 
 class _Point(_Attached):
@@ -112,7 +114,7 @@ def element_data(element: Element) -> dict[str, Any]:
     InputError : no point, line, plane or segment, or the name of a frame or entity that a file cannot hold.
     """
     if element.kind not in _ELEMENTS:
-        raise InputError(f"cannot write a {type(element).__name__} to a file; use Point, Line, Plane or Segment")
+        raise InputError(f"cannot write {type(element).__name__} to a file; use Point, Line, Plane or Segment")
     place: dict[str, Any] = {"kind": element.kind}
     if element.entity is not None:
         place["entity"] = check_text(element.entity)

@@ -1,30 +1,17 @@
 """pydantic models of what a file may hold, whose errors are sentences with file and line."""
 
-from collections.abc import Callable, Iterable, Mapping
+from collections.abc import Iterable, Mapping
 from functools import partial
-from typing import Annotated, Any, Self, TypeVar
+from typing import Any, Self, TypeVar
 
-from pydantic import (
-    AfterValidator,
-    BaseModel,
-    BeforeValidator,
-    ConfigDict,
-    Field,
-    ModelWrapValidatorHandler,
-    PlainValidator,
-    TypeAdapter,
-    ValidationError,
-    ValidationInfo,
-    model_validator,
-)
+from pydantic import BaseModel, ConfigDict, ModelWrapValidatorHandler, ValidationError, model_validator
 from pydantic_core import ErrorDetails, InitErrorDetails, PydanticCustomError
 
-from primitives.document import MAX_PROBLEMS, Document, Problem, ValuePath, in_words, refuse
-from primitives.errors import InputError, UnknownNameError
+from primitives.document import Document, Problem, ValuePath, in_words, refuse
+from primitives.errors import UnknownNameError
 
-_TOLD = "told"
-"""An error with all that is needed to put it into words: its text, or the keys that its place takes."""
-
+TOLD = "told"
+"""Type of the errors of `told`."""
 
 _KEY = "[key]"
 """What pydantic adds to the place of a dict's key."""
@@ -47,49 +34,26 @@ def show(value: Any) -> str:
 
 def problem_at(path: ValuePath, message: str) -> ValidationError:
     """What a validator raises about a value inside the one it was given."""
-    return ValidationError.from_exception_data(_TOLD, [_told(path, {"text": message})])
+    return ValidationError.from_exception_data(TOLD, [told(path, {"text": message})])
 
 
 def gather(error: ValidationError | None, problems: Iterable[tuple[ValuePath, str]]) -> None:
     """Raise what a validator found itself together with what was found below it; do nothing where there is neither."""
-    below = [] if error is None else [_keep(d, {}) for d in error.errors(include_url=False)]
-    found = [*below, *(_told(path, {"text": message}) for path, message in problems)]
+    below = [] if error is None else [kept(d, {}) for d in error.errors(include_url=False)]
+    found = [*below, *(told(path, {"text": message}) for path, message in problems)]
     if found:
-        raise ValidationError.from_exception_data(_TOLD, found)
+        raise ValidationError.from_exception_data(TOLD, found)
 
 
-def list_of(item: Any) -> PlainValidator:
-    """Validator of a list of items of a type; it stops where there are more problems than are shown."""
-    adapter = TypeAdapter(item)
-
-    def check(value: Any, info: ValidationInfo) -> list[Any]:
-        if not isinstance(value, list):
-            raise InputError(f"expected a list, got {show(value)}")
-        out: list[Any] = []
-        found: list[InitErrorDetails] = []
-        for i, below in enumerate(value):
-            try:
-                out.append(adapter.validate_python(below, strict=True, context=info.context))
-            except ValidationError as error:
-                details = error.errors(include_url=False)
-                found += [_keep({**detail, "loc": (i, *detail["loc"])}, {}) for detail in details]
-                if len(found) > MAX_PROBLEMS:
-                    break
-        if found:
-            raise ValidationError.from_exception_data(_TOLD, found)
-        return out
-
-    return PlainValidator(check)
+def told(path: ValuePath, context: dict[str, Any]) -> InitErrorDetails:
+    """An error that can be put into words later: {"text"}, {"kind", "name", "names"} or {"detail", "keys"}."""
+    return InitErrorDetails(type=PydanticCustomError(TOLD, TOLD, context), loc=path, input=None)
 
 
-def _told(path: ValuePath, context: dict[str, Any]) -> InitErrorDetails:
-    return InitErrorDetails(type=PydanticCustomError(_TOLD, _TOLD, context), loc=path, input=None)
-
-
-def _keep(detail: ErrorDetails, keys: Mapping[str, bool]) -> InitErrorDetails:
+def kept(detail: ErrorDetails, keys: Mapping[str, bool]) -> InitErrorDetails:
     """An error as it goes up, with the keys of the place it came from; putting each into words would take too long."""
-    told = detail["ctx"] if detail["type"] == _TOLD else {"detail": detail, "keys": keys}
-    return _told(detail["loc"], told)
+    context = detail["ctx"] if detail["type"] == TOLD else {"detail": detail, "keys": keys}
+    return told(detail["loc"], context)
 
 
 _EXPECTED = {
@@ -100,9 +64,8 @@ _EXPECTED = {
     "list_type": "a list",
     "dict_type": "keys and values",
     "model_type": "keys and values",
-    "model_attributes_type": "keys and values",
 }
-_BOUNDS = {"greater_than": (">", "gt"), "greater_than_equal": (">=", "ge"), "less_than_equal": ("<=", "le")}
+_BOUNDS = {"greater_than": (">", "gt"), "greater_than_equal": (">=", "ge")}
 
 
 def _in_words(told: Mapping[str, Any]) -> str:
@@ -121,8 +84,6 @@ def _in_words(told: Mapping[str, Any]) -> str:
     if kind in _BOUNDS:
         sign, name = _BOUNDS[kind]
         return f"expected a number {sign} {context[name]:g}, got {got:g}"
-    if kind == "too_short":
-        return f"expected at least {context['min_length']} values, got {context['actual_length']}"
     if kind == "string_type" and isinstance(got, int | float):
         return f"expected text, got {show(got)}; put it in quotes"
     if kind == "float_type" and isinstance(got, str):
@@ -142,62 +103,13 @@ class FileModel(BaseModel):
             return handler(data)
         except ValidationError as error:
             keys = {name: field.is_required() for name, field in cls.model_fields.items()}
-            found = [_keep(detail, keys) for detail in error.errors(include_url=False)]
+            found = [kept(detail, keys) for detail in error.errors(include_url=False)]
             raise ValidationError.from_exception_data(cls.__name__, found) from None
 
 
 Names = Mapping[str, Iterable[str] | None]
 """Names that a file may refer to, by kind, e.g. {"frame": [...]}; None or no entry where they are not known."""
 
-
-def _unknown(kind: str, name: str, names: list[str]) -> PydanticCustomError:
-    return PydanticCustomError(_TOLD, _TOLD, {"kind": kind, "name": name, "names": names})
-
-
-def refers_to(kind: str, *also: str) -> AfterValidator:
-    """Validator of a name: one of `also`, or of those that the names given to `validate` hold for this kind."""
-
-    def check(name: str, info: ValidationInfo) -> str:
-        names: Names = info.context or {}
-        accepted = names.get(kind)
-        if accepted is not None and name not in also and name not in (listed := list(accepted)):
-            raise _unknown(kind, name, listed)
-        return name
-
-    return AfterValidator(check)
-
-
-def one_of(kind: str, names: Callable[[], Iterable[str]]) -> BeforeValidator:
-    """Validator of a text that is one of a few; `names` is called when they are needed."""
-
-    def check(value: Any) -> Any:
-        listed = list(names())
-        if isinstance(value, str) and value not in listed:
-            raise _unknown(kind, value, listed)
-        if not isinstance(value, str):
-            raise InputError(f"expected one of {', '.join(listed)}, got {show(value)}")
-        return value
-
-    return BeforeValidator(check)
-
-
-def check_text(text: str) -> str:
-    """Text as it may stand in a file: 1 to 200 printable characters; raises InputError."""
-    if not 1 <= len(text) <= 200 or not text.isprintable():
-        raise InputError(f"expected 1 to 200 printable characters, got {text[:60]!r} ({len(text)} characters)")
-    return text
-
-
-def _three(value: list[float]) -> list[float]:
-    if len(value) != 3:
-        raise InputError(f"expected 3 numbers (x, y, z), got {len(value)}")
-    return value
-
-
-Text = Annotated[str, AfterValidator(check_text)]
-Numbers = list[float]
-Vector = Annotated[Numbers, AfterValidator(_three)]
-Positive = Annotated[float, Field(gt=0.0)]
 
 M = TypeVar("M", bound=FileModel)
 

@@ -20,7 +20,8 @@ from pydantic import Field, PlainValidator, TypeAdapter, ValidationError, Valida
 from primitives.constraint import KEEPS, SAFETY_CLASSES, Constraint, ConstraintSet, Keep, SafetyClass
 from primitives.document import Document, Mark, ValuePath
 from primitives.element_file import ElementField, element_data
-from primitives.file_model import FileModel, Text, check_text, gather, list_of, one_of, validate
+from primitives.file_fields import Text, check_text, list_of, one_of
+from primitives.file_model import FileModel, gather, validate
 from primitives.registry import pairs
 from primitives.yaml_file import read, write
 

@@ -6,21 +6,17 @@ characters, a second document, and what is too large or too deep to have been wr
 
 import re
 import stat
-from collections.abc import Iterator
 from pathlib import Path
 from typing import Any
 
 import yaml
 
-from primitives.document import MAX_PROBLEMS, Document, Mark, Problem, ValuePath, in_words, printable, refuse
-from primitives.errors import FileError, InputError
-from primitives.yaml_scalars import resolve, to_yaml
+from primitives.document import Document, Mark, Problem, printable, refuse
+from primitives.errors import FileError
+from primitives.yaml_data import Builder, UnreadableError
+from primitives.yaml_scalars import to_yaml
 
 MAX_BYTES = 1_000_000
-MAX_DEPTH = 32
-MAX_ITEMS = 1000
-"""In one list, or keys in one place."""
-MAX_VALUES = 50_000
 
 _PARSER: Any = getattr(yaml, "CSafeLoader", yaml.SafeLoader)
 # U+0085, U+2028 and U+2029 end a line for YAML but not for the editor by whose line numbers people go.
@@ -62,13 +58,13 @@ def read(path: str | Path) -> Document:
 
 def parse(text: str, file: str) -> Document:
     """The document in a text; `file` is what errors call it. Raises FileError where it is not YAML."""
-    builder = _Builder(text, file)
+    builder = Builder(iter(yaml.parse(text, Loader=_PARSER)), file)
     if odd := _UNPRINTABLE.search(text):
         mark = Mark(file, len(_LINE_END.findall(text, 0, odd.start())) + 1)
         refuse([Problem(mark, (), f"character U+{ord(odd[0]):04X} is not allowed here; delete it")])
     try:
         data = builder.document()
-    except _UnreadableError:
+    except UnreadableError:
         refuse(builder.problems)
     except yaml.MarkedYAMLError as error:
         builder.problems.append(_syntax(error, text, file))
@@ -108,94 +104,3 @@ def _syntax(error: yaml.MarkedYAMLError, text: str, file: str) -> Problem:
     if "\t" in content[: len(content) - len(content.lstrip())]:
         return Problem(mark, (), "a tab indents this line; YAML is indented with spaces")
     return Problem(mark, (), f"not YAML: {error.problem}{since}; {hint}")
-
-
-class _UnreadableError(Exception):
-    """Nothing more can be read; the problems say why."""
-
-
-class _Builder:
-    """Plain data from the parser's events, without building the parser's own tree."""
-
-    def __init__(self, text: str, file: str):
-        self.marks: dict[ValuePath, Mark] = {(): Mark(file, 1)}
-        self.problems: list[Problem] = []
-        self._file, self._values = file, 0
-        self._events: Iterator[Any] = iter(yaml.parse(text, Loader=_PARSER))
-
-    def _report(self, event: Any, path: ValuePath, message: str) -> None:
-        field = in_words(path)
-        mark = Mark(self._file, event.start_mark.line + 1)
-        self.problems.append(Problem(mark, path, f"{field}: {message}" if field else message))
-        if len(self.problems) >= MAX_PROBLEMS:
-            raise _UnreadableError
-
-    def _stop(self, event: Any, message: str) -> None:
-        self._report(event, (), message)
-        raise _UnreadableError
-
-    def document(self) -> Any:
-        next(self._events)
-        first = next(self._events)
-        data = None if isinstance(first, yaml.StreamEndEvent) else self._value(next(self._events), ())
-        if data is None and not self.problems:
-            self.problems.append(Problem(self.marks[()], (), "the file is empty; expected keys and values"))
-            raise _UnreadableError
-        for event in self._events:
-            if isinstance(event, yaml.DocumentStartEvent):
-                self._stop(event, "a second document begins here; put it in a file of its own")
-        return data
-
-    def _value(self, event: Any, path: ValuePath) -> Any:
-        self._values += 1
-        if self._values > MAX_VALUES:
-            self._stop(event, f"more than {MAX_VALUES} values, the most that are read; is it the right file?")
-        if len(path) > MAX_DEPTH:
-            self._stop(event, f"lists and keys are nested more than {MAX_DEPTH} deep; flatten them")
-        self.marks.setdefault(path, Mark(self._file, event.start_mark.line + 1))
-        if isinstance(event, yaml.AliasEvent):
-            return self._report(event, path, f"alias *{event.anchor} is not allowed; write the value out")
-        if event.anchor is not None:
-            self._report(event, path, f"anchor &{event.anchor} is not allowed; remove it")
-        if event.tag is not None:
-            self._report(event, path, f"tag {event.tag[:40]} is not allowed; remove it")
-        if isinstance(event, yaml.ScalarEvent):
-            return self._scalar(event, path)
-        return self._list(path) if isinstance(event, yaml.SequenceStartEvent) else self._mapping(path)
-
-    def _scalar(self, event: Any, path: ValuePath) -> Any:
-        if event.style:
-            return event.value
-        try:
-            return resolve(event.value)
-        except InputError as error:
-            return self._report(event, path, str(error))
-
-    def _check_size(self, event: Any, path: ValuePath, size: int) -> None:
-        if size >= MAX_ITEMS:
-            self._stop(event, f"{in_words(path)}: more than {MAX_ITEMS} items, the most that are read")
-
-    def _list(self, path: ValuePath) -> list[Any]:
-        out: list[Any] = []
-        while not isinstance(event := next(self._events), yaml.SequenceEndEvent):
-            self._check_size(event, path, len(out))
-            out.append(self._value(event, (*path, len(out))))
-        return out
-
-    def _mapping(self, path: ValuePath) -> dict[str, Any]:
-        out: dict[str, Any] = {}
-        while not isinstance(event := next(self._events), yaml.MappingEndEvent):
-            self._check_size(event, path, len(out))
-            if not isinstance(event, yaml.ScalarEvent) or not (event.value or event.style):
-                self._stop(event, f"{in_words((*path, '?'))}: expected a text as key")
-            key = event.value
-            if event.anchor is not None or event.tag is not None:
-                self._report(event, (*path, key), "anchors and tags are not allowed; remove what stands before the key")
-            if key in out:
-                first = self.marks[(*path, key)].line
-                self._report(event, (*path, key), f"this key stands in line {first} already; keep one of the two")
-                self._value(next(self._events), (*path, key))
-            else:
-                self.marks[(*path, key)] = Mark(self._file, event.start_mark.line + 1)
-                out[key] = self._value(next(self._events), (*path, key))
-        return out

@@ -21,9 +21,10 @@ def _clamp(value: float, high: float) -> float:
 def segment_segment(a: Array, b: Array, gradient: Array) -> tuple[float, int]:
     """d = |c_a - c_b|, the closest points of both segments, metres.
 
-    Continuous everywhere. Singular sets: d < CONTACT, gradient zero and DEGENERATE; parallel segments that overlap,
-    where many pairs are closest and the gradient is that of one of them (the middle of the overlap when they are
-    exactly parallel), a generalised gradient; and where the closest pair jumps from one end to another.
+    Continuous everywhere. Singular sets: d < CONTACT, gradient zero and DEGENERATE; and segments that overlap within
+    the sine PARALLEL of being parallel. There many pairs are closest, exactly or to 1e-12 m, a rounding of the
+    directions moves the closest one by d/sine^2 times as much, and the gradient is that of one of them (the middle of
+    the overlap when they are exactly parallel): a generalised gradient. It jumps where the closest pair does.
     """
     n = np.empty(9)
     cross(a, 3, b, 3, n, 0)

@@ -3,11 +3,9 @@
 import gc
 import json
 import os
-import resource
 import shutil
 import subprocess
 import sys
-from collections.abc import Iterator
 from pathlib import Path
 from typing import Any
 
@@ -111,8 +109,8 @@ class Project:
 
 
 @pytest.fixture
-def project(tmp_path: Path) -> Iterator[Project]:
-    yield Project(tmp_path)
+def project(tmp_path: Path) -> Project:
+    return Project(tmp_path)
 
 
 def test_an_edit_in_another_file_is_never_missed(project: Project) -> None:
@@ -160,10 +158,6 @@ def test_a_script_is_kept_too(project: Project) -> None:
     assert project.kept() == kept
 
 
-def no_space() -> None:
-    resource.setrlimit(resource.RLIMIT_FSIZE, (0, 0))
-
-
 def test_where_nothing_can_be_kept_it_works_and_says_so(project: Project) -> None:
     project.write("script.py", INNER.format(2.0) + "print(inner(1.0))")
     (project.root / "file").write_text("in the way")
@@ -172,21 +166,17 @@ def test_where_nothing_can_be_kept_it_works_and_says_so(project: Project) -> Non
     assert done.stderr.count("compiled code is not kept") == 1
 
 
-@pytest.mark.skipif(sys.platform != "linux", reason="a limit of the size of files stands for a full disk")
+NO_SPACE = "import resource\nresource.setrlimit(resource.RLIMIT_FSIZE, (0, 0))\n"
+"""No file can grow: a full disk."""
+
+
+@pytest.mark.skipif(sys.platform == "win32", reason="there is no limit of the size of files to stand for a full disk")
 def test_on_a_full_disk_it_works_and_says_so(project: Project) -> None:
-    project.write("script.py", INNER.format(2.0) + "print(inner(1.0), flush=True)")
-    environment = {**os.environ, "PYTHONPATH": str(project.root), "NUMBA_CACHE_DIR": str(project.cache)}
-    environment["PYTHONDONTWRITEBYTECODE"] = "1"
-    done = subprocess.run(
-        [sys.executable, "script.py"],
-        cwd=project.root,
-        env=environment,
-        capture_output=True,
-        text=True,
-        preexec_fn=no_space,
-    )
-    assert (done.returncode, done.stdout) == (0, "2.0\n"), done.stderr
-    assert "compiled code is not kept" in done.stderr
+    two = INNER.format(2.0) + INNER.format(3.0).replace("inner", "other")
+    project.write("script.py", NO_SPACE + two + "print(inner(1.0), other(1.0))")
+    done = project.run("script.py", PYTHONDONTWRITEBYTECODE="1")
+    assert (done.returncode, done.stdout) == (0, "2.0 3.0\n"), done.stderr
+    assert done.stderr.count("compiled code is not kept") == 1
 
 
 def test_only_old_folders_of_the_same_package_are_forgotten(

@@ -11,7 +11,8 @@ from hypothesis import strategies as st
 
 from primitives import dual_quaternion as dq
 from primitives.constraint import KEEPS, SAFETY_CLASSES, Constraint, ConstraintSet
-from primitives.elements import Line, Plane, Point, Segment
+from primitives.element_file import element_data
+from primitives.elements import Element, Line, Plane, Point, Segment
 from primitives.errors import FileError, InputError
 from primitives.registry import pairs
 from primitives.spec import constraints_from_data, dump_constraints, load_constraints
@@ -211,6 +212,8 @@ def test_what_a_file_cannot_hold_is_not_dumped():
     for name in ("a\nb", "\x1b[2J", "x" * 201, "\ud800"):
         with pytest.raises(InputError, match="printable"):
             dump_constraints(ConstraintSet([Constraint(name, first, second, "outside", 0.0)]))
+    with pytest.raises(InputError, match="cannot write Element"):
+        element_data(Element(np.zeros(8)))
     many = ConstraintSet(Constraint(f"C{i}", first, second, "outside", 0.0) for i in range(1001))
     with pytest.raises(InputError, match="more than 1000 items"):
         dump_constraints(many)

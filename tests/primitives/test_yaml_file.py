@@ -11,7 +11,8 @@ from hypothesis import strategies as st
 
 from primitives import yaml_file
 from primitives.errors import FileError, InputError
-from primitives.yaml_file import MAX_BYTES, MAX_DEPTH, MAX_ITEMS, MAX_VALUES, parse, read, write
+from primitives.yaml_data import MAX_DEPTH, MAX_ITEMS, MAX_VALUES
+from primitives.yaml_file import MAX_BYTES, parse, read, write
 
 PARSERS = sorted({yaml.SafeLoader, getattr(yaml, "CSafeLoader", yaml.SafeLoader)}, key=lambda p: p.__name__)
 
@@ -154,6 +155,11 @@ def test_without_libyaml_the_lines_are_the_same(case, monkeypatch):
     monkeypatch.setattr(yaml_file, "_PARSER", yaml.SafeLoader)
     text, expected = BROKEN[case]
     assert [line for line, _ in problems(text)] == [line for line, _ in expected]
+
+
+def test_an_escape_that_is_no_character_is_refused_without_libyaml_too(parser):
+    with pytest.raises(FileError, match=r"^f\.yaml(:1)?: .*not YAML"):
+        parse('a: "\\UFFFFFFFF"\n', "f.yaml")
 
 
 def test_problems_are_counted_not_listed_without_end():

@@ -297,6 +297,17 @@ def test_broken_files_say_where_and_what(tmp_path, case):
         assert words in message
 
 
+def test_what_only_the_scene_itself_refuses_names_the_file(tmp_path, monkeypatch):
+    def refuse(**_):
+        raise InputError("a reason")
+
+    monkeypatch.setattr("scenarios.scene_model.Scene", refuse)
+    assert problems(load_scene, written(tmp_path, VALID)) == [("scene.yaml", 1, "a reason")]
+    assert problems(load_scene, written(tmp_path, "5\n")) == [
+        ("scene.yaml", 1, "expected keys and values, got the number 5")
+    ]
+
+
 # Bases
 
 

@@ -1,0 +1,93 @@
+"""Values that stand in several kinds of file: texts, vectors, names of things, lists."""
+
+from collections.abc import Callable, Iterable
+from typing import Annotated, Any
+
+from pydantic import (
+    AfterValidator,
+    BeforeValidator,
+    Field,
+    PlainValidator,
+    TypeAdapter,
+    ValidationError,
+    ValidationInfo,
+)
+from pydantic_core import InitErrorDetails, PydanticCustomError
+
+from primitives.document import MAX_PROBLEMS
+from primitives.errors import InputError
+from primitives.file_model import TOLD, Names, kept, show
+
+
+def _unknown(kind: str, name: str, names: list[str]) -> PydanticCustomError:
+    return PydanticCustomError(TOLD, TOLD, {"kind": kind, "name": name, "names": names})
+
+
+def refers_to(kind: str, *also: str) -> AfterValidator:
+    """Validator of a name: one of `also`, or of those that the names given to `validate` hold for this kind."""
+
+    def check(name: str, info: ValidationInfo) -> str:
+        names: Names = info.context or {}
+        accepted = names.get(kind)
+        if accepted is not None and name not in also and name not in (listed := list(accepted)):
+            raise _unknown(kind, name, listed)
+        return name
+
+    return AfterValidator(check)
+
+
+def one_of(kind: str, names: Callable[[], Iterable[str]]) -> BeforeValidator:
+    """Validator of a text that is one of a few; `names` is called when they are needed."""
+
+    def check(value: Any) -> Any:
+        listed = list(names())
+        if isinstance(value, str) and value not in listed:
+            raise _unknown(kind, value, listed)
+        if not isinstance(value, str):
+            raise InputError(f"expected one of {', '.join(listed)}, got {show(value)}")
+        return value
+
+    return BeforeValidator(check)
+
+
+def check_text(text: str) -> str:
+    """Text as it may stand in a file: 1 to 200 printable characters; raises InputError."""
+    if not 1 <= len(text) <= 200 or not text.isprintable():
+        raise InputError(f"expected 1 to 200 printable characters, got {text[:60]!r} ({len(text)} characters)")
+    return text
+
+
+def _three(value: list[float]) -> list[float]:
+    if len(value) != 3:
+        raise InputError(f"expected 3 numbers (x, y, z), got {len(value)}")
+    return value
+
+
+Text = Annotated[str, AfterValidator(check_text)]
+Numbers = list[float]
+Vector = Annotated[Numbers, AfterValidator(_three)]
+Positive = Annotated[float, Field(gt=0.0)]
+
+
+def list_of(item: Any) -> PlainValidator:
+    """Validator of a list of items of a type; it stops where there are more problems than are shown."""
+    adapter = TypeAdapter(item)
+
+    def check(value: Any, info: ValidationInfo) -> list[Any]:
+        if not isinstance(value, list):
+            raise InputError(f"expected a list, got {show(value)}")
+        out: list[Any] = []
+        found: list[InitErrorDetails] = []
+        for i, below in enumerate(value):
+            try:
+                out.append(adapter.validate_python(below, strict=True, context=info.context))
+            except ValidationError as error:
+                details = error.errors(include_url=False)
+                found += [kept({**detail, "loc": (i, *detail["loc"])}, {}) for detail in details]
+                if len(found) > MAX_PROBLEMS:
+                    break
+        if found:
+            raise ValidationError.from_exception_data(TOLD, found)
+        return out
+
+    return PlainValidator(check)
