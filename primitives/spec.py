@@ -7,7 +7,7 @@
         keep: inside
         safe_distance: 0.014
 
-`Constraint` says what the keys mean; `pair`, `safety_class` and `enforced` may be left out. `primitives.element_file`
+`Constraint` says what the keys mean; `pair`, `safety_class` and `enforced` may be left out. `primitives.files.elements`
 says how an element is written. Lengths are in metres, angles in radians.
 """
 
@@ -18,12 +18,12 @@ from typing import Annotated, Any
 from pydantic import Field, PlainValidator, TypeAdapter, ValidationError, ValidationInfo
 
 from primitives.constraint import KEEPS, SAFETY_CLASSES, Constraint, ConstraintSet, Keep, SafetyClass
-from primitives.document import Document, Mark, ValuePath
-from primitives.element_file import ElementField, element_data
-from primitives.file_fields import Text, check_text, list_of, one_of
-from primitives.file_model import FileModel, gather, validate
+from primitives.files.document import Document, Mark, ValuePath
+from primitives.files.elements import ElementField, element_data
+from primitives.files.fields import Text, check_text, list_of, one_of
+from primitives.files.model import FileModel, gather, validate
+from primitives.files.yaml_file import read, write
 from primitives.registry import pairs
-from primitives.yaml_file import read, write
 
 
 class _ConstraintModel(FileModel):

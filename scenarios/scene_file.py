@@ -7,11 +7,11 @@ not give itself. ``enforce: [C1, C2]`` chooses which constraints are enforced; t
 from pathlib import Path
 from typing import Any
 
-from primitives.document import Document, Problem, refuse
 from primitives.errors import InputError, UnknownNameError
-from primitives.file_model import Names, show, validate
+from primitives.files.document import Document, Problem, refuse
+from primitives.files.model import Names, show, validate
+from primitives.files.yaml_file import read, write
 from primitives.spec import declared_names
-from primitives.yaml_file import read, write
 from scenarios.robots import robots
 from scenarios.scene import Scene
 from scenarios.scene_model import SceneModel, scene_data

@@ -8,8 +8,8 @@ from numpy.typing import ArrayLike
 from pydantic import AfterValidator, Field, PlainValidator, TypeAdapter, ValidationInfo
 
 from primitives.errors import InputError
-from primitives.file_fields import Numbers, Positive, Text, Vector, check_text, list_of, one_of, refers_to
-from primitives.file_model import FileModel, show
+from primitives.files.fields import Numbers, Positive, Text, Vector, check_text, list_of, one_of, refers_to
+from primitives.files.model import FileModel, show
 from primitives.spec import ConstraintsField, constraints_data
 from scenarios.robots import robots
 from scenarios.scene import Scene, check_duration, check_name

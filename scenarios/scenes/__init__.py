@@ -9,9 +9,9 @@ from importlib.metadata import entry_points
 from importlib.resources import files
 from pathlib import Path
 
-from primitives.document import Mark, Problem, refuse
 from primitives.errors import InputError, UnknownNameError
-from primitives.yaml_file import read
+from primitives.files.document import Mark, Problem, refuse
+from primitives.files.yaml_file import read
 
 FOLDER = Path(str(files(__name__)))
 

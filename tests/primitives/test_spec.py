@@ -11,12 +11,12 @@ from hypothesis import strategies as st
 
 from primitives import dual_quaternion as dq
 from primitives.constraint import KEEPS, SAFETY_CLASSES, Constraint, ConstraintSet
-from primitives.element_file import element_data
 from primitives.elements import Element, Line, Plane, Point, Segment
 from primitives.errors import FileError, InputError
+from primitives.files.elements import element_data
+from primitives.files.yaml_file import parse
 from primitives.registry import pairs
 from primitives.spec import constraints_from_data, dump_constraints, load_constraints
-from primitives.yaml_file import parse
 from tests.primitives.broken_files import broken_data, broken_texts, changed, problems, survives
 
 FRAMES = ("world", "moving/shaft", "moving/tip", "parked/shaft")
@@ -375,5 +375,6 @@ def test_many_mistakes_are_told_within_two_seconds(tmp_path, text):
 
 
 def test_reading_a_file_needs_no_optional_library():
-    code = "import sys, primitives.yaml_file; sys.exit(any(m in sys.modules for m in ('numpy', 'numba', 'pydantic')))"
+    heavy = "numpy", "numba", "pydantic"
+    code = f"import sys, primitives.files.yaml_file; sys.exit(any(m in sys.modules for m in {heavy}))"
     assert subprocess.run([sys.executable, "-c", code], check=False).returncode == 0

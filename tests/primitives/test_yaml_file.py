@@ -9,10 +9,10 @@ import yaml
 from hypothesis import given
 from hypothesis import strategies as st
 
-from primitives import yaml_file
 from primitives.errors import FileError, InputError
-from primitives.yaml_data import MAX_DEPTH, MAX_ITEMS, MAX_VALUES
-from primitives.yaml_file import MAX_BYTES, parse, read, write
+from primitives.files import yaml_file
+from primitives.files.yaml_data import MAX_DEPTH, MAX_ITEMS, MAX_VALUES
+from primitives.files.yaml_file import MAX_BYTES, parse, read, write
 
 PARSERS = sorted({yaml.SafeLoader, getattr(yaml, "CSafeLoader", yaml.SafeLoader)}, key=lambda p: p.__name__)
 

@@ -148,8 +148,8 @@ class Oracle:
         for name, poses in (entities or {}).items():
             rows = np.broadcast_to(poses, (len(q), 8))
             frames[f"entity {name}"] = (
-                np.array([dq.rotation_matrix(np.ascontiguousarray(x)) for x in rows]),
-                np.array([dq.translation(np.ascontiguousarray(x)) for x in rows]),
+                np.array([dq.rotation_matrix(np.array(x)) for x in rows]),
+                np.array([dq.translation(np.array(x)) for x in rows]),
             )
         out = np.empty((len(q), len(self.constraints)), dtype=np.longdouble)
         for i, c in enumerate(self.constraints):

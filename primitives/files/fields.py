@@ -14,9 +14,9 @@ from pydantic import (
 )
 from pydantic_core import InitErrorDetails, PydanticCustomError
 
-from primitives.document import MAX_PROBLEMS
 from primitives.errors import InputError
-from primitives.file_model import TOLD, Names, kept, show
+from primitives.files.document import MAX_PROBLEMS
+from primitives.files.model import TOLD, Names, kept, show
 
 
 def _unknown(kind: str, name: str, names: list[str]) -> PydanticCustomError:

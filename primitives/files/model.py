@@ -7,8 +7,8 @@ from typing import Any, Self, TypeVar
 from pydantic import BaseModel, ConfigDict, ModelWrapValidatorHandler, ValidationError, model_validator
 from pydantic_core import ErrorDetails, InitErrorDetails, PydanticCustomError
 
-from primitives.document import Document, Problem, ValuePath, in_words, refuse
 from primitives.errors import UnknownNameError
+from primitives.files.document import Document, Problem, ValuePath, in_words, refuse
 
 TOLD = "told"
 """Type of the errors of `told`."""

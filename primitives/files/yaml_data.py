@@ -5,9 +5,9 @@ from typing import Any
 
 import yaml
 
-from primitives.document import MAX_PROBLEMS, Mark, Problem, ValuePath, in_words
 from primitives.errors import InputError
-from primitives.yaml_scalars import resolve
+from primitives.files.document import MAX_PROBLEMS, Mark, Problem, ValuePath, in_words
+from primitives.files.yaml_scalars import resolve
 
 MAX_DEPTH = 32
 MAX_ITEMS = 1000
@@ -40,8 +40,8 @@ class Builder:
         if len(self.problems) >= MAX_PROBLEMS:
             raise UnreadableError
 
-    def _stop(self, event: Any, message: str) -> None:
-        self._report(event, (), message)
+    def _stop(self, event: Any, message: str, path: ValuePath = ()) -> None:
+        self._report(event, path, message)
         raise UnreadableError
 
     def document(self) -> Any:
@@ -84,7 +84,7 @@ class Builder:
 
     def _check_size(self, event: Any, path: ValuePath, size: int) -> None:
         if size >= MAX_ITEMS:
-            self._stop(event, f"{in_words(path)}: more than {MAX_ITEMS} items, the most that are read")
+            self._stop(event, f"more than {MAX_ITEMS} items, the most that are read", path)
 
     def _list(self, path: ValuePath) -> list[Any]:
         out: list[Any] = []
@@ -98,7 +98,7 @@ class Builder:
         while not isinstance(event := next(self._events), yaml.MappingEndEvent):
             self._check_size(event, path, len(out))
             if not isinstance(event, yaml.ScalarEvent) or not (event.value or event.style):
-                self._stop(event, f"{in_words((*path, '?'))}: expected a text as key")
+                self._stop(event, "expected a text as key", path)
             key = event.value
             if event.anchor is not None or event.tag is not None:
                 self._report(event, (*path, key), "anchors and tags are not allowed; remove what stands before the key")

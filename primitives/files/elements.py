@@ -19,8 +19,8 @@ from pydantic import AfterValidator, Field, PlainValidator, ValidationInfo
 
 from primitives.elements import WORLD, Element, Line, Plane, Point, Segment
 from primitives.errors import InputError, UnknownNameError
-from primitives.file_fields import Numbers, Text, Vector, check_text, refers_to
-from primitives.file_model import FileModel, problem_at, show
+from primitives.files.fields import Numbers, Text, Vector, check_text, refers_to
+from primitives.files.model import FileModel, problem_at, show
 
 
 def _direction(value: list[float]) -> list[float]:

@@ -11,10 +11,10 @@ from typing import Any
 
 import yaml
 
-from primitives.document import Document, Mark, Problem, printable, refuse
 from primitives.errors import FileError
-from primitives.yaml_data import Builder, UnreadableError
-from primitives.yaml_scalars import to_yaml
+from primitives.files.document import Document, Mark, Problem, printable, refuse
+from primitives.files.yaml_data import Builder, UnreadableError
+from primitives.files.yaml_scalars import to_yaml
 
 MAX_BYTES = 1_000_000
 
