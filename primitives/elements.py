@@ -11,6 +11,7 @@ from typing import ClassVar, NoReturn, Self
 import numpy as np
 from numpy.typing import ArrayLike
 
+from primitives import conversions
 from primitives import dual_quaternion as dq
 from primitives.checks import Array, array, number, unit
 from primitives.errors import InputError
@@ -60,7 +61,9 @@ class Element:
     kind: ClassVar[str] = "element"
 
     def __post_init__(self) -> None:
-        value = self._stored(dq.as_dual_quaternion(self.dual_quaternion, f"dual quaternion of {type(self).__name__}"))
+        value = self._stored(
+            conversions.as_dual_quaternion(self.dual_quaternion, f"dual quaternion of {type(self).__name__}")
+        )
         value.setflags(write=False)
         object.__setattr__(self, "dual_quaternion", value)
         for field, name in (("frame", self.frame), ("entity", self.entity)):
@@ -200,7 +203,7 @@ class Segment(Element):
 
     def _stored(self, value: Array) -> Array:
         object.__setattr__(self, "length", number(self.length, "Segment: length in metres", positive=True))
-        dq.as_pose(value, "pose of Segment")
+        conversions.as_pose(value, "pose of Segment")
         return _normalized(value)
 
     def _parts(self) -> tuple[Array, Array, float]:

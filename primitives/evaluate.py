@@ -10,6 +10,7 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import ArrayLike
 
+from primitives import conversions
 from primitives import dual_quaternion as dq
 from primitives.checks import Array, array, known
 from primitives.compiled import address_of, call_pair, compiled
@@ -225,7 +226,7 @@ def entity_arrays(entities: Mapping[str, Entity], names: tuple[str, ...]) -> tup
         measured = entities[known("entity", name, entities)]
         if not isinstance(measured, Entity):
             raise InputError(f'entity "{name}": expected an Entity(pose, twist), got {measured!r}')
-        pose = dq.as_pose(measured.pose, f'pose of entity "{name}"')
+        pose = conversions.as_pose(measured.pose, f'pose of entity "{name}"')
         poses[i, :9], poses[i, 9:] = dq.rotation_matrix(pose).ravel(), dq.translation(pose)
         twists[i] = array(measured.twist, (6,), f'twist of entity "{name}"')
     return poses, twists

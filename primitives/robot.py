@@ -9,6 +9,7 @@ import numpy as np
 import pinocchio as pin
 from numpy.typing import ArrayLike
 
+from primitives import conversions
 from primitives import dual_quaternion as dq
 from primitives.checks import Array, array, known
 from primitives.dh import DHRow, model_from_dh
@@ -134,7 +135,7 @@ class Robot:
             raise InputError(f'robot "{name}": expected at least one arm, got none')
         model, groups, parts = pin.Model(), {}, []
         for prefix, (arm, base) in arms.items():
-            pose = dq.as_pose(base, f'base of arm "{prefix}"')
+            pose = conversions.as_pose(base, f'base of arm "{prefix}"')
             branch = pin.Model(arm.model)
             for i in range(1, branch.njoints):
                 branch.names[i] = f"{prefix}/{branch.names[i]}"
@@ -184,7 +185,7 @@ class Robot:
         carrier = known("frame", on or self.tip, self.frames)
         if name in self.frames:
             raise InputError(f'frame "{name}" is there already; known: {", ".join(self.frames)}')
-        value = dq.as_pose(pose, f'pose of tool "{name}"')
+        value = conversions.as_pose(pose, f'pose of tool "{name}"')
         model = pin.Model(self.model)
         base = model.frames[frame_index(model, carrier) if carrier != WORLD else 0]
         placement = base.placement * pin.SE3(dq.rotation_matrix(value), dq.translation(value))

@@ -5,6 +5,7 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import ArrayLike
 
+from primitives import conversions
 from primitives import dual_quaternion as dq
 from primitives.checks import Array, array, number
 from primitives.errors import InputError
@@ -61,9 +62,9 @@ class PoseTrajectory:
         ------
         InputError : no unit quaternion.
         """
-        r0 = dq.as_pose(np.r_[array(first_orientation, (4,), "first orientation"), np.zeros(4)], "first orientation")[
-            :4
-        ]
+        r0 = conversions.as_pose(
+            np.r_[array(first_orientation, (4,), "first orientation"), np.zeros(4)], "first orientation"
+        )[:4]
         out = []
         for w in self.waypoints:
             turn = dq.exponential(np.r_[0.0, 0.5 * np.asarray(w.rotation), np.zeros(4)])[:4]

@@ -8,7 +8,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import ArrayLike
 
-from primitives import dual_quaternion as dq
+from primitives import conversions
 from primitives.checks import Array, array, known, number
 from primitives.constraint import ConstraintSet
 from primitives.errors import InputError
@@ -36,7 +36,7 @@ def _count(value: Any, what: str, low: int) -> int:
 
 
 def _plain(value: Any) -> Any:
-    return dq.from_dq(value) if hasattr(value, "vec8") else value
+    return conversions.from_dq(value) if hasattr(value, "vec8") else value
 
 
 class Controller:

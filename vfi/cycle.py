@@ -160,10 +160,11 @@ def optimise(f: Array, fl: np.ndarray, w: np.ndarray, wl: np.ndarray) -> int:
     """Solve; where that fails let acceleration limits yield, then the rows that may. Returns the solver's status."""
     outcome = integers(w, wl, Whole.OUTCOME)
     status = solve_active_set(f, fl, w, wl)
-    if status == OPTIMAL or outcome[Slot.RESOLVES] > 0:
+    if status == OPTIMAL:
         outcome[Slot.SOLVER] = status
         return status
-    outcome[Slot.INFEASIBLE] = int(status == INFEASIBLE)
+    if outcome[Slot.RESOLVES] == 0:
+        outcome[Slot.INFEASIBLE] = int(status == INFEASIBLE)
     settings, low, high = vector(f, fl, Real.SETTINGS), vector(f, fl, Real.LOW), vector(f, fl, Real.HIGH)
     limits = matrix(f, fl, Real.LIMITS)
     if np.min(limits[3]) < np.inf:
@@ -173,13 +174,15 @@ def optimise(f: Array, fl: np.ndarray, w: np.ndarray, wl: np.ndarray) -> int:
         if status == OPTIMAL:
             conclude(f, fl, w, wl, State.DEGRADED, Reason.ACCELERATION, -1)
     if status != OPTIMAL:
-        demand, slack, b = vector(f, fl, Real.DEMAND), vector(f, fl, Real.SLACK), vector(f, fl, Real.B)
+        slack = vector(f, fl, Real.SLACK)
+        before = slack.copy()
         relaxed = relax(
             matrix(f, fl, Real.A),
-            demand,
+            vector(f, fl, Real.DEMAND),
             low,
             high,
             integers(w, wl, Whole.SAFETY_CLASS),
+            vector(f, fl, Real.B),
             slack,
             matrix(f, fl, Real.RELAXED_H),
             vector(f, fl, Real.RELAXED_G),
@@ -195,13 +198,11 @@ def optimise(f: Array, fl: np.ndarray, w: np.ndarray, wl: np.ndarray) -> int:
             matrix(f, fl, Real.RELAXED_WORK),
         )
         if relaxed == OPTIMAL:
-            for i in range(b.shape[0]):
-                b[i] = demand[i] - slack[i]
             status = solve_active_set(f, fl, w, wl)
-            if status == OPTIMAL:
-                conclude(f, fl, w, wl, State.DEGRADED, Reason.SLACK, -1)
+        if status == OPTIMAL:
+            conclude(f, fl, w, wl, State.DEGRADED, Reason.SLACK, -1)
         else:
-            slack[:] = 0.0
+            slack[:] = before
     outcome[Slot.SOLVER] = status
     return status
 

@@ -3,7 +3,7 @@
 import numpy as np
 
 from vfi.memory import Memory, Real, Whole
-from vfi.outcome import Reason, Slot
+from vfi.outcome import Guard, Option, Reason, Slot
 
 _TEXT = {
     Reason.SOLVER: "the solver found no answer that is finite",
@@ -29,9 +29,11 @@ def conflict(memory: Memory, names: tuple[str, ...], joints: tuple[str, ...]) ->
 
 def slacks(memory: Memory, names: tuple[str, ...]) -> dict[str, float]:
     """By how much each row that yielded falls short of its demand, per second."""
-    A, demand, v = memory.real[Real.A], memory.real[Real.DEMAND], memory.real[Real.V]
+    A, demand, v, slack = (memory.real[block] for block in (Real.A, Real.DEMAND, Real.V, Real.SLACK))
     short = np.where(np.isfinite(demand), demand - A @ v, 0.0)
-    short[memory.real[Real.SLACK] == 0.0] = 0.0
+    if memory.whole[Whole.OPTIONS][Option.GUARD] != Guard.OFF:
+        short = np.maximum(short, memory.real[Real.DEFECT] + slack)
+    short[slack == 0.0] = 0.0
     labels = [*names, *(f"row {i}" for i in range(len(demand) - len(names)))]
     return {labels[i]: float(short[i]) for i in np.flatnonzero(short > 1e-9)}
 

@@ -23,9 +23,9 @@ SHARE = 1e-6
 
 
 @compiled(
-    "int64(float64[:,::1], float64[::1], float64[::1], float64[::1], int64[::1], float64[::1], float64[:,::1],"
-    "float64[::1], float64[:,::1], float64[::1], float64[::1], float64[::1], float64[::1], float64[::1], int64[::1],"
-    "int64[::1], float64[::1], float64[:,::1])"
+    "int64(float64[:,::1], float64[::1], float64[::1], float64[::1], int64[::1], float64[::1], float64[::1],"
+    "float64[:,::1], float64[::1], float64[:,::1], float64[::1], float64[::1], float64[::1], float64[::1],"
+    "float64[::1], int64[::1], int64[::1], float64[::1], float64[:,::1])"
 )
 def relax(
     A: Array,
@@ -33,6 +33,7 @@ def relax(
     low: Array,
     high: Array,
     safety_class: np.ndarray,
+    b: Array,
     slack: Array,
     H: Array,
     g: Array,
@@ -47,14 +48,15 @@ def relax(
     scale: Array,
     work: Array,
 ) -> int:
-    """Fill slack (r,) so that A v >= demand - slack has a solution within the bounds; the slacks of each class are
-    minimised from the largest one down, the classes in lexicographic order.
+    """Lower b (r,), and raise slack (r,) by as much, so that A v >= b has a solution within the bounds; what is taken
+    off is minimised from the largest share of each class down, the classes in lexicographic order.
 
-    The arguments from H on are scratch of a program with one more variable, the slack of the class.
+    b is the demand (r,), or more than that where re-solving has raised it. The arguments from H on are scratch of a
+    program with one more variable, the slack of the class.
 
     Returns
     -------
-    A `SolverStatus`: OPTIMAL, or that of the stage that failed.
+    A `SolverStatus`: OPTIMAL, or that of the stage that failed; b and slack are of no use then.
     """
     rows, n = A.shape
     H[:, :] = 0.0
@@ -66,7 +68,6 @@ def relax(
     H[n, n] = 1.0
     low_wide[n] = 0.0
     high_wide[n] = np.inf
-    slack[:] = 0.0
     for stage in range(CLASSES):
         unsettled = 0
         for i in range(rows):
@@ -75,7 +76,7 @@ def relax(
                 A_wide[i, j] = A[i, j]
             A_wide[i, n] = 1.0 if may_yield and safety_class[i] == stage else 0.0
             unsettled += int(A_wide[i, n])
-            b_wide[i] = -np.inf if may_yield and safety_class[i] > stage else demand[i] - slack[i]
+            b_wide[i] = -np.inf if may_yield and safety_class[i] > stage else b[i]
         active[0] = 0
         while unsettled > 0:
             status = solve(H, g, A_wide, b_wide, low_wide, high_wide, v, multiplier, active, mask, scale, work)
@@ -89,7 +90,8 @@ def relax(
                     if A_wide[i, n] == 1.0 and multiplier[i] > share:
                         A_wide[i, n] = 0.0
                         unsettled -= 1
-                        slack[i] = v[n] + ROOM
-                        b_wide[i] = demand[i] - slack[i]
+                        slack[i] += v[n] + ROOM
+                        b[i] -= v[n] + ROOM
+                        b_wide[i] = b[i]
                 share = -1.0
     return OPTIMAL

@@ -9,6 +9,7 @@ from dqrobotics.robot_modeling import DQ_Kinematics, DQ_SerialManipulatorDH, DQ_
 from numpy.typing import NDArray
 from scipy.spatial.transform import Rotation
 
+from primitives import conversions
 from primitives import dual_jacobians as dj
 from primitives import dual_quaternion as dq
 
@@ -35,7 +36,7 @@ DH = np.array(  # theta, d, a, alpha, type of the LWR4+
     ]
 )
 ARMS: dict[str, Arm] = {"8-dof arm": DQ_SerialManipulatorMDH(MDH), "LWR4+": DQ_SerialManipulatorDH(DH)}
-LINE = dq.line([0.02, -0.03, 0.1], [0.1, -0.3, 0.9])
+LINE = conversions.line([0.02, -0.03, 0.1], [0.1, -0.3, 0.9])
 
 
 def configurations() -> list[tuple[str, Array]]:

@@ -14,6 +14,7 @@ from numpy.typing import NDArray
 from scipy.linalg import expm
 from scipy.spatial.transform import Rotation
 
+from primitives import conversions
 from primitives import dual_quaternion as dq
 from primitives.errors import InputError
 
@@ -295,12 +296,12 @@ def test_nearest_sign_counts_all_eight_numbers() -> None:
 
 def test_border_with_dq_robotics() -> None:
     x = pose(2.0, AXIS, POINT, -1.0)
-    close(dq.from_dq(DQ(x)), x, 0.0)
-    close(dq.to_dq(x).vec8(), x, 0.0)
-    close(dq.to_dq(list(x)).vec8(), x, 0.0)
-    close(dq.as_dual_quaternion(DQ(x), "x"), x, 0.0)
-    close(dq.as_dual_quaternion([1, 2, 3, 4, 5, 6, 7, 8], "x"), np.arange(1.0, 9.0), 0.0)
-    for got in (dq.from_dq(DQ(x)), dq.as_dual_quaternion(x[::-1], "x"), dq.as_pose(x, "x")):
+    close(conversions.from_dq(DQ(x)), x, 0.0)
+    close(conversions.to_dq(x).vec8(), x, 0.0)
+    close(conversions.to_dq(list(x)).vec8(), x, 0.0)
+    close(conversions.as_dual_quaternion(DQ(x), "x"), x, 0.0)
+    close(conversions.as_dual_quaternion([1, 2, 3, 4, 5, 6, 7, 8], "x"), np.arange(1.0, 9.0), 0.0)
+    for got in (conversions.from_dq(DQ(x)), conversions.as_dual_quaternion(x[::-1], "x"), conversions.as_pose(x, "x")):
         assert got.flags.c_contiguous
         assert got.flags.writeable
         assert not np.shares_memory(got, x)
@@ -312,46 +313,46 @@ NO_NUMBERS = [1, 0, 0, 0, np.nan, 0, 0, 0], [1, 0, 0, 0, 0, np.inf, 0, 0]
 
 @pytest.mark.parametrize("value", [None, "one", [1.0, 0.0], np.eye(8), *NO_NUMBERS])
 def test_what_is_no_dual_quaternion_is_refused(value: Any) -> None:
-    for check in (dq.as_dual_quaternion, dq.as_pose):
+    for check in (conversions.as_dual_quaternion, conversions.as_pose):
         with pytest.raises(InputError, match="pose of shaft: expected"):
             check(value, "pose of shaft")
     with pytest.raises(InputError):
-        dq.to_dq(value)
+        conversions.to_dq(value)
 
 
 @repeatable
 @given(poses)
 @every_pose
 def test_a_pose_is_accepted_and_normalised(x: Array) -> None:
-    close(dq.as_pose(x, "x"), x, size(x))
-    close(dq.as_pose(DQ(x), "x"), x, size(x))
-    close(dq.norm(dq.as_pose(x * (1.0 + 9e-7), "x")), [1.0, 0.0], 1e-15 * max(1.0, float(np.abs(x).max())))
+    close(conversions.as_pose(x, "x"), x, size(x))
+    close(conversions.as_pose(DQ(x), "x"), x, size(x))
+    close(dq.norm(conversions.as_pose(x * (1.0 + 9e-7), "x")), [1.0, 0.0], 1e-15 * max(1.0, float(np.abs(x).max())))
     along = np.r_[np.zeros(4), x[:4]]
-    close(dq.as_pose(x + 9e-7 * along, "x"), x, size(x))
+    close(conversions.as_pose(x + 9e-7 * along, "x"), x, size(x))
     skew = x + 2e-6 * max(1.0, float(np.linalg.norm(x))) * along
     for wrong in (x * (1.0 + 2e-6), x * (1.0 - 2e-6), 0.0 * x, skew):
         with pytest.raises(InputError, match="pose of base: expected a unit dual quaternion"):
-            dq.as_pose(wrong, "pose of base")
+            conversions.as_pose(wrong, "pose of base")
 
 
 @repeatable
 @given(vectors, axes, st.floats(1e-3, 50.0), numbers)
 def test_line_and_plane(p: Array, n: Array, length: float, s: float) -> None:
-    line, plane = dq.line(p, length * n), dq.plane(length * n, p)
+    line, plane = conversions.line(p, length * n), conversions.plane(length * n, p)
     close(line[[0, 4]], np.zeros(2), 0.0)
     close(line[1:4], n)
     close(line[5:], np.cross(p + s * n, n), 1e-11)
     close(plane, np.r_[0.0, n, p @ n, 0.0, 0.0, 0.0], 1e-11)
     across = np.cross(n, [n[1], n[2] + 1.0, n[0]])
-    close(dq.plane(n, p + s * across), plane, 1e-11)
+    close(conversions.plane(n, p + s * across), plane, 1e-11)
 
 
 def test_line_and_plane_refuse_what_has_no_direction() -> None:
     with pytest.raises(InputError, match="direction of line"):
-        dq.line([0, 0, 0], [0, 0, 0])
+        conversions.line([0, 0, 0], [0, 0, 0])
     with pytest.raises(InputError, match="normal of plane"):
-        dq.plane([0, 0, 0], [0, 0, 0])
+        conversions.plane([0, 0, 0], [0, 0, 0])
     with pytest.raises(InputError, match="point of line"):
-        dq.line([0, np.nan, 0], [0, 0, 1])
+        conversions.line([0, np.nan, 0], [0, 0, 1])
     with pytest.raises(InputError, match="point of plane"):
-        dq.plane([0, 0, 1], [0, 0])
+        conversions.plane([0, 0, 1], [0, 0])

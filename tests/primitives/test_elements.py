@@ -9,6 +9,7 @@ import numpy as np
 import pytest
 from dqrobotics import DQ, E_, cross, dot, k_
 
+from primitives import conversions
 from primitives import dual_quaternion as dq
 from primitives.checks import Array
 from primitives.elements import Element, Line, Plane, Point, Segment
@@ -83,8 +84,8 @@ def test_the_stored_forms_are_those_of_the_paper() -> None:
     np.testing.assert_array_equal(Point.at(p).dual_quaternion, [0, *p, 0, 0, 0, 0])
     np.testing.assert_allclose(Line.through(p, 7 * l).dual_quaternion, [0, *l, 0, *np.cross(p, l)], atol=1e-16)
     np.testing.assert_allclose(Plane.through(p, 7 * l).dual_quaternion, [0, *l, p @ l, 0, 0, 0], atol=1e-16)
-    np.testing.assert_allclose(dq.line(p, l), Line.through(p, l).dual_quaternion, atol=1e-16)
-    np.testing.assert_allclose(dq.plane(l, p), Plane.through(p, l).dual_quaternion, atol=1e-16)
+    np.testing.assert_allclose(conversions.line(p, l), Line.through(p, l).dual_quaternion, atol=1e-16)
+    np.testing.assert_allclose(conversions.plane(l, p), Plane.through(p, l).dual_quaternion, atol=1e-16)
     assert Line.z_axis("tip") == Line.through([0, 0, 0], [0, 0, 1], frame="tip")
     start = dq.translation(np.array(Segment.between(p, p + l).dual_quaternion))
     np.testing.assert_allclose(start, p, atol=1e-16)
@@ -115,14 +116,14 @@ def test_whatever_dq_robotics_computes_is_taken() -> None:
 
 def test_what_is_stored_is_exactly_of_unit_norm() -> None:
     """Within its tolerance a dual quaternion is mended, so that no distance is off by that tolerance."""
-    line = Line(dq.line([0.3, 0.2, 0.1], [1.0, 2.0, 3.0]) * (1 + 4e-10))
-    plane = Plane(dq.plane([1.0, 2.0, 3.0], [0.3, 0.2, 0.1]) * (1 + 4e-10))
+    line = Line(conversions.line([0.3, 0.2, 0.1], [1.0, 2.0, 3.0]) * (1 + 4e-10))
+    plane = Plane(conversions.plane([1.0, 2.0, 3.0], [0.3, 0.2, 0.1]) * (1 + 4e-10))
     segment = Segment(random_pose() * (1 + 4e-7), length=1.0)
     for element in (line, plane, segment):
         assert abs(np.linalg.norm(element.geometry[3:6]) - 1.0) <= 1e-15
         again = type(element)(element.dual_quaternion, length=element.length)
         assert again == element, "what is stored is taken again to the last digit"
-    np.testing.assert_allclose(line.dual_quaternion, dq.line([0.3, 0.2, 0.1], [1.0, 2.0, 3.0]), atol=1e-15)
+    np.testing.assert_allclose(line.dual_quaternion, conversions.line([0.3, 0.2, 0.1], [1.0, 2.0, 3.0]), atol=1e-15)
 
 
 def test_elements_are_values() -> None:

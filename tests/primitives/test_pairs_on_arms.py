@@ -13,6 +13,7 @@ from dqrobotics import DQ, E_, cross, dot, k_
 from dqrobotics.robot_modeling import DQ_Kinematics
 from dqrobotics.utils import DQ_Geometry
 
+from primitives import conversions
 from primitives import dual_jacobians as dj
 from primitives import dual_quaternion as dq
 from primitives.checks import Array
@@ -91,7 +92,7 @@ def crossing_matrix(p: Array) -> Array:
 def paper(name: str, x: Array, J: Array, second: Element, b_sign: float = -1.0) -> Paper:
     """Paper V, (15)-(33), from dual quaternions; `b_sign` is the sign of b in (33), printed as +1."""
     t, J_t = np.r_[0.0, dq.translation(x)], dj.translation_jacobian(J)
-    l_z, J_lz = dq.line(t[1:], dq.rotation_matrix(x)[:, 2]), dj.line_jacobian(x, J)
+    l_z, J_lz = conversions.line(t[1:], dq.rotation_matrix(x)[:, 2]), dj.line_jacobian(x, J)
     other = np.array(second.dual_quaternion)
     primary, dual = other[:4], other[4:]
     if name == "point_plane":  # (15), (16)

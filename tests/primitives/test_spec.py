@@ -9,6 +9,7 @@ import yaml
 from hypothesis import HealthCheck, given, settings
 from hypothesis import strategies as st
 
+from primitives import conversions
 from primitives import dual_quaternion as dq
 from primitives.constraint import KEEPS, SAFETY_CLASSES, Constraint, ConstraintSet
 from primitives.elements import Element, Line, Plane, Point, Segment
@@ -201,7 +202,9 @@ def test_dual_quaternions_with_rounding_errors_are_kept():
     rng, items = np.random.default_rng(2), []
     for i in range(200):
         pose = dq.normalized(rng.normal(size=8)) * (1.0 + rng.normal() * 10.0 ** rng.uniform(-16, -10))
-        line = dq.line(rng.normal(size=3), rng.normal(size=3)) * (1.0 + rng.normal() * 10.0 ** rng.uniform(-16, -11))
+        line = conversions.line(rng.normal(size=3), rng.normal(size=3)) * (
+            1.0 + rng.normal() * 10.0 ** rng.uniform(-16, -11)
+        )
         items.append(Constraint(f"s{i}", Segment(pose, length=1 / 3), Segment(-pose, length=1e-9), "outside", 0.1))
         items.append(Constraint(f"l{i}", Line(line, frame="tip"), Line(-line, entity="e"), "outside", 0.1))
     assert bits(reloaded(ConstraintSet(items))) == bits(items)
