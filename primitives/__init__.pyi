@@ -44,6 +44,8 @@ from .kinematics import Kinematics as Kinematics
 from .pair import Pair as Pair
 from .robot import Limits as Limits
 from .robot import Robot as Robot
+from .spec import dump_constraints as dump_constraints
+from .spec import load_constraints as load_constraints
 
 __all__ = [
     "PAIR_SIGNATURE",
@@ -68,4 +70,6 @@ __all__ = [
     "Segment",
     "SolverError",
     "UnknownNameError",
+    "dump_constraints",
+    "load_constraints",
 ]

@@ -11,12 +11,14 @@ from typing import Any
 
 import numpy as np
 
+from primitives.checks import Array
 from primitives.errors import InputError
-from scenarios.analysis.trace import Trace, TraceWriter
+from scenarios.analysis.trace import Event, Trace, TraceWriter
 from scenarios.plants.kinematic import KinematicPlant
 from scenarios.scene import Scene
 from scenarios.scene_file import dump_scene
 from vfi.controller import Controller
+from vfi.outcome import State
 
 DRAIN_SECONDS = 0.05
 """At most this much time passes before records reach the trace file."""
@@ -112,11 +114,19 @@ def run(
     plant = KinematicPlant(start, robot.group(scene.group), controller.period, seed=seed)
     tip = robot.kinematics(start).pose(scene.task.frame or robot.tip)
     reference = scene.reference.sample(tip[:4], controller.period, cycles)
-    header, blocks, drained, half = _header(scene, controller, seed), [], 0, len(controller.ring) // 2
+    header, drained, half = _header(scene, controller, seed), 0, len(controller.ring) // 2
+    blocks: list[Array] = []
+    events: list[Event] = []
     with TraceWriter(out, controller.columns, header) if out else nullcontext() as writer, _no_collection():
-        measurement, wrote, told = plant.reset(), perf_counter(), 0.0
+        measurement, wrote, told, state = plant.reset(), perf_counter(), 0.0, State.RUN
         for k in range(cycles):
-            measurement = plant.step(controller.step(measurement, reference[k]))
+            command = controller.step(measurement, reference[k])
+            if command.state is not state:
+                state = command.state
+                events.append(Event(measurement.t, state.name, command.reason))
+                if writer is not None:
+                    writer.note(events[-1])
+            measurement = plant.step(command)
             now = perf_counter()
             if controller.cycles - drained >= half or now - wrote > DRAIN_SECONDS or k == cycles - 1:
                 block = controller.ring[np.arange(drained, controller.cycles) % len(controller.ring)]
@@ -129,4 +139,4 @@ def run(
                 told = now
     if progress is not None:
         progress(1.0)
-    return Trace(header, controller.columns, np.concatenate(blocks))
+    return Trace(header, controller.columns, np.concatenate(blocks), tuple(events))

@@ -12,6 +12,10 @@ PIPED_WIDTH = 120
 """Columns of the table where nobody sits at a terminal: nothing is cut off in a file."""
 
 
+SHOWN = 3
+"""Changes of state that are printed below the table for each run."""
+
+
 def print_results(results: Sequence[dict[str, Any]], files: Sequence[Path] = ()) -> None:
     """Print one row a run: the smallest margin of every constraint, the violated ones marked, and what it took."""
     names = list(dict.fromkeys(n for r in results for key in ("min_margin_m", "min_margin_rad") for n in r[key]))
@@ -44,13 +48,17 @@ def print_results(results: Sequence[dict[str, Any]], files: Sequence[Path] = ())
             str(r["infeasible_cycles"]),
             str(r["guard_interventions"]),
             f"{r['task_error']['max']:.1e}",
-            f"{r['acceleration_rms_last_2s']:.2g}",
+            f"{r['acceleration_rms_last_2s']:.3f}",
             f"{r['cycle_us']['median']:.0f}",
         )
     console = Console()
     if not console.is_terminal:
         console.width = PIPED_WIDTH
     console.print(table)
+    for r in results:
+        for event in r["events"][:SHOWN]:
+            if event["state"] != "RUN":
+                console.print(f"  {r['scene']} at {event['t']:.3f} s {event['state']}: {event['reason']}", markup=False)
     for file in files:
         console.print(f"  {file}", highlight=False)
 

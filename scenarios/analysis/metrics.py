@@ -8,6 +8,8 @@ from scenarios.analysis.trace import Trace
 
 VIOLATED = -1e-5
 """A margin below this counts as violated, metres or radians."""
+EVENTS = 20
+"""Changes of state that a summary lists; the trace holds all."""
 SETTLED = 2.0
 """Seconds at the end over which the acceleration is judged."""
 
@@ -43,6 +45,7 @@ def summary(trace: Trace) -> dict[str, Any]:
         "halved_cycles": int(np.count_nonzero(trace["halvings"])),
         "degraded_cycles": int(np.count_nonzero(states == 1.0)),
         "stopped_cycles": int(np.count_nonzero(states > 1.0)),
+        "events": [event._asdict() for event in trace.events[:EVENTS]],
         "task_error": {"max": float(error.max()), "rms": float(np.sqrt(np.mean(error**2)))},
         "acceleration_rms_last_2s": acceleration_rms(trace),
         "cycle_us": {"p5": p5, "median": median, "p99": p99, "max": float(times.max())},

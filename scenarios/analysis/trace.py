@@ -1,6 +1,7 @@
 """The trace of a run: every cycle's record in an append-only MCAP file that survives a kill.
 
-Each message is a block of consecutive records, little-endian float64, row by row. The schema names the columns, the
+A message on /cycles is a block of consecutive records, little-endian float64, row by row; one on /events is a change of
+state, as JSON. The schema names the columns, the
 metadata record "run" holds the scene, the seed and the versions as JSON. Blocks are written unchunked and flushed, so
 what a killed run leaves behind loads up to its last complete block.
 """
@@ -11,11 +12,11 @@ from collections.abc import Mapping
 from dataclasses import dataclass
 from pathlib import Path
 from types import TracebackType
-from typing import Any, Self
+from typing import Any, NamedTuple, Self
 
 import numpy as np
 from mcap.exceptions import McapError
-from mcap.records import Message, Metadata, Schema
+from mcap.records import Channel, Message, Metadata, Schema
 from mcap.stream_reader import StreamReader
 from mcap.writer import Writer
 
@@ -23,6 +24,26 @@ from primitives.checks import Array, known
 from primitives.errors import FileError, InputError
 
 SCHEMA = "active_constraints.Cycles"
+EVENT_SCHEMA = "active_constraints.Event"
+EVENT = json.dumps(
+    {
+        "type": "object",
+        "properties": {"t": {"type": "number"}, "state": {"type": "string"}, "reason": {"type": "string"}},
+    }
+)
+
+
+class Event(NamedTuple):
+    """A change of the controller's state.
+
+    Attributes
+    ----------
+    t : seconds. state : RUN, DEGRADED, HOLD or FAULT. reason : in words; empty for RUN.
+    """
+
+    t: float
+    state: str
+    reason: str
 
 
 class TraceWriter:
@@ -43,6 +64,8 @@ class TraceWriter:
         schema = self._writer.register_schema(SCHEMA, "jsonschema", json.dumps({"columns": description}).encode())
         self._channel = self._writer.register_channel("/cycles", "float64le", schema)
         self._writer.add_metadata("run", {"header": json.dumps(header)})
+        plain = self._writer.register_schema(EVENT_SCHEMA, "jsonschema", EVENT.encode())
+        self._events = self._writer.register_channel("/events", "json", plain)
         self._sequence = 0
         self._file.flush()
 
@@ -50,10 +73,15 @@ class TraceWriter:
         """Append records (k, width) and hand them to the operating system."""
         if len(records) == 0:
             return
-        stamp = max(0, round(float(records[0, 0]) * 1e9))
-        self._writer.add_message(
-            self._channel, stamp, np.ascontiguousarray(records, dtype="<f8").tobytes(), stamp, self._sequence
-        )
+        self._add(self._channel, float(records[0, 0]), np.ascontiguousarray(records, dtype="<f8").tobytes())
+
+    def note(self, event: Event) -> None:
+        """Append that the state changed, and why."""
+        self._add(self._events, event.t, json.dumps(event._asdict()).encode())
+
+    def _add(self, channel: int, t: float, data: bytes) -> None:
+        stamp = max(0, round(t * 1e9))
+        self._writer.add_message(channel, stamp, data, stamp, self._sequence)
         self._sequence += 1
         self._file.flush()
 
@@ -76,12 +104,14 @@ class Trace:
     header : scene, robot, solver, period, guard, seed, versions, names of joints and constraints.
     columns : {quantity: slice of the record}; see `vfi.record.columns`.
     records : (cycles, width).
+    events : changes of the controller's state, in order.
     complete : False where the file ends in the middle, as after a kill.
     """
 
     header: Mapping[str, Any]
     columns: Mapping[str, slice]
     records: Array
+    events: tuple[Event, ...] = ()
     complete: bool = True
 
     @classmethod
@@ -95,6 +125,8 @@ class Trace:
         header: Any = None
         columns: dict[str, slice] = {}
         blocks: list[bytes] = []
+        events: list[Event] = []
+        cycles = -1
         complete = False
         try:
             with Path(path).open("rb") as stream:
@@ -104,8 +136,12 @@ class Trace:
                         columns = {name: slice(*place) for name, place in described.items()}
                     elif isinstance(record, Metadata) and record.name == "run":
                         header = json.loads(record.metadata["header"])
-                    elif isinstance(record, Message):
+                    elif isinstance(record, Channel) and record.topic == "/cycles":
+                        cycles = record.id
+                    elif isinstance(record, Message) and record.channel_id == cycles:
                         blocks.append(record.data)
+                    elif isinstance(record, Message):
+                        events.append(Event(**json.loads(record.data)))
                 complete = True
         except OSError as error:
             raise FileError(str(path), f"cannot be read ({error})") from None
@@ -117,7 +153,7 @@ class Trace:
         width = max(place.stop for place in columns.values())
         whole = [block for block in blocks if len(block) % (8 * width) == 0]
         records = np.frombuffer(bytearray().join(whole), dtype="<f8").reshape(-1, width)
-        return cls(header, columns, records, complete)
+        return cls(header, columns, records, tuple(events), complete)
 
     def __getitem__(self, quantity: str) -> Array:
         """A quantity of every cycle, (cycles, size); (cycles,) where it is a single number. Raises UnknownNameError."""

@@ -12,7 +12,7 @@ import numpy as np
 import pytest
 
 from primitives.errors import FileError, UnknownNameError
-from scenarios.analysis.trace import Trace, TraceWriter
+from scenarios.analysis.trace import Event, Trace, TraceWriter
 
 ROOT = Path(__file__).parents[2]
 COLUMNS = {"t": slice(0, 1), "q": slice(1, 3), "margin": slice(3, 5)}
@@ -41,6 +41,18 @@ def test_what_is_written_comes_back_to_the_bit(tmp_path, records):
     assert trace["t"].shape == (50,)
     assert trace["q"].shape == (50, 2)
     assert np.array_equal(trace.margin("C2"), records[:, 4])
+
+
+def test_events_come_back_beside_the_records(tmp_path, records):
+    path, events = tmp_path / "a.mcap", [Event(0.004, "DEGRADED", "why"), Event(0.1, "RUN", "")]
+    with TraceWriter(path, COLUMNS, HEADER) as writer:
+        writer.write(records[:20])
+        writer.note(events[0])
+        writer.write(records[20:])
+        writer.note(events[1])
+    trace = Trace.load(path)
+    assert trace.events == tuple(events)
+    assert np.array_equal(trace.records, records)
 
 
 def test_unknown_names_are_proposed(tmp_path, records):
