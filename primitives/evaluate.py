@@ -1,7 +1,7 @@
 """The compiled loop over a table of constraints: distances, margins, rows and residuals of one snapshot.
 
-`tabulate` lowers a `ConstraintSet` to arrays once; `evaluate_rows` and `evaluate_margins` run over them each cycle;
-`evaluate` is the same for people.
+`evaluate_rows` and `evaluate_margins` run over the arrays of `primitives.table` each cycle; `evaluate` is the same for
+people.
 """
 
 from collections.abc import Mapping
@@ -13,12 +13,12 @@ from numpy.typing import ArrayLike
 from primitives import conversions
 from primitives import dual_quaternion as dq
 from primitives.checks import Array, array, known
-from primitives.compiled import address_of, call_pair, compiled
-from primitives.constraint import SAFETY_CLASSES, ConstraintSet
-from primitives.elements import Element
+from primitives.compiled import call_pair, compiled
+from primitives.constraint import ConstraintSet
 from primitives.errors import InputError
-from primitives.kinematics import snapshot, world_first
+from primitives.kinematics import snapshot
 from primitives.robot import Robot
+from primitives.table import tabulate, used_entities, used_frames
 
 
 class Entity(NamedTuple):
@@ -32,29 +32,6 @@ class Entity(NamedTuple):
 
     pose: ArrayLike
     twist: ArrayLike
-
-
-class Table(NamedTuple):
-    """A constraint set as arrays of m rows.
-
-    Attributes
-    ----------
-    address : (m,) int64, where each pair's kernel stands.
-    frame : (m, 2) int64, index of each element's frame: 0 the world, then robot frames, then entities.
-    geometry : (2m, 8) local geometries, first and second in turn.
-    side : (m,) +1 keep outside, -1 keep inside.
-    safe : (m,) safe distances.
-    enforced, safety_class, angular : (m,) int64; angular is 1 where the margin is in radians.
-    """
-
-    address: np.ndarray
-    frame: np.ndarray
-    geometry: Array
-    side: Array
-    safe: Array
-    enforced: np.ndarray
-    safety_class: np.ndarray
-    angular: np.ndarray
 
 
 class Evaluation(NamedTuple):
@@ -75,47 +52,6 @@ class Evaluation(NamedTuple):
     jacobian: Array
     residual: Array
     status: np.ndarray
-
-
-def used_frames(constraints: ConstraintSet) -> tuple[str, ...]:
-    """Robot frames that the constraints refer to, "world" first."""
-    return world_first(tuple(e.frame for e in _elements(constraints) if e.entity is None))
-
-
-def used_entities(constraints: ConstraintSet) -> tuple[str, ...]:
-    """Entities that the constraints refer to."""
-    return tuple(dict.fromkeys(e.entity for e in _elements(constraints) if e.entity is not None))
-
-
-def _elements(constraints: ConstraintSet) -> list[Element]:
-    return [e for c in constraints for e in (c.first, c.second)]
-
-
-def tabulate(constraints: ConstraintSet, frames: tuple[str, ...], entities: tuple[str, ...]) -> Table:
-    """The constraints as arrays, for these robot frames ("world" first) followed by these entities.
-
-    Raises
-    ------
-    UnknownNameError : an element on a frame or entity that is not among them.
-    """
-    m = len(constraints)
-
-    def place(element: Element) -> int:
-        if element.entity is not None:
-            return len(frames) + entities.index(known("entity", element.entity, entities))
-        return frames.index(known("frame", element.frame, frames))
-
-    items = list(constraints)
-    return Table(
-        address=np.array([address_of(c.definition.kernel) for c in items], dtype=np.int64),
-        frame=np.array([[place(c.first), place(c.second)] for c in items], dtype=np.int64).reshape(m, 2),
-        geometry=np.array([e.geometry for e in _elements(constraints)], dtype=np.float64).reshape(2 * m, 8),
-        side=np.array([1.0 if c.keep == "outside" else -1.0 for c in items]),
-        safe=np.array([float(c.safe_distance) for c in items]),
-        enforced=np.array([c.enforced for c in items], dtype=np.int64),
-        safety_class=np.array([SAFETY_CLASSES.index(c.safety_class) for c in items], dtype=np.int64),
-        angular=np.array([c.definition.unit == "rad" for c in items], dtype=np.int64),
-    )
 
 
 @compiled("void(float64[:,::1], int64, float64[:,::1], int64, float64[::1])")

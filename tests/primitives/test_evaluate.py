@@ -13,8 +13,9 @@ from primitives.checks import Array
 from primitives.constraint import Constraint, ConstraintSet
 from primitives.elements import Element, Line, Plane, Point, Segment
 from primitives.errors import InputError, UnknownNameError
-from primitives.evaluate import Entity, Evaluation, evaluate, tabulate, used_entities, used_frames
+from primitives.evaluate import Entity, Evaluation, evaluate
 from primitives.registry import pairs
+from primitives.table import tabulate, used_entities, used_frames
 from primitives.vectors import DEGENERATE, OK
 from tests.primitives.arms import ARMS, distances, element, random_q, two_arms
 
