@@ -31,15 +31,22 @@ RESOLVES = 3
 """How often a program is solved again with the measured defect on its right-hand side, before a second solver is."""
 HALVINGS = 8
 """How often a command is halved before it is given up."""
+VIOLATED = 1e-5
+"""A margin below minus this, or a joint farther out of its range, is a violation that is said; metres or radians."""
 UNIT = 1e-6
 """How far a reference pose may be from a unit dual quaternion."""
 
 
 @compiled(f"int64({MEMORY}, int64, int64, int64)")
 def conclude(f: Array, fl: np.ndarray, w: np.ndarray, wl: np.ndarray, state: int, reason: int, where: int) -> int:
-    """Write down state and reason unless a graver one stands there; HOLD and FAULT command zero. Returns the state."""
+    """Write down state and reason unless a graver one stands there; HOLD and FAULT command zero. Returns the state.
+
+    Of equal states slack is the gravest reason, and where the cycle began the least.
+    """
     outcome = integers(w, wl, Whole.OUTCOME)
-    if state > outcome[Slot.STATE] or (state == outcome[Slot.STATE] and reason == Reason.SLACK):
+    began = outcome[Slot.REASON] == Reason.RECOVERING or outcome[Slot.REASON] == Reason.OUT_OF_RANGE
+    graver = reason == Reason.SLACK or began
+    if state > outcome[Slot.STATE] or (state == outcome[Slot.STATE] and graver):
         outcome[Slot.STATE] = state
         outcome[Slot.REASON] = reason
         outcome[Slot.WHERE] = where
@@ -109,6 +116,10 @@ def prepare(f: Array, fl: np.ndarray, w: np.ndarray, wl: np.ndarray) -> int:
 
     low, high = vector(f, fl, Real.LOW), vector(f, fl, Real.HIGH)
     limits, last = matrix(f, fl, Real.LIMITS), vector(f, fl, Real.LAST)
+    for i in range(decided.shape[0]):
+        position = q[decided[i]]
+        if position < limits[0, i] - VIOLATED or position > limits[1, i] + VIOLATED:
+            conclude(f, fl, w, wl, State.DEGRADED, Reason.OUT_OF_RANGE, i)
     if fill_bounds(q, decided, limits, last, settings[Setting.LIMIT_GAIN], settings[Setting.PERIOD], 1, low, high):
         conclude(f, fl, w, wl, State.DEGRADED, Reason.ACCELERATION, -1)
 
@@ -133,6 +144,10 @@ def prepare(f: Array, fl: np.ndarray, w: np.ndarray, wl: np.ndarray) -> int:
     if without >= 0:
         return conclude(f, fl, w, wl, State.FAULT, Reason.NO_ROW, without)
     b[:] = demand
+    enforced = integers(w, wl, Whole.ENFORCED)
+    for i in range(margin.shape[0]):
+        if enforced[i] and margin[i] < -VIOLATED:
+            conclude(f, fl, w, wl, State.DEGRADED, Reason.RECOVERING, i)
     return State.RUN
 
 
@@ -249,20 +264,46 @@ def violation(f: Array, fl: np.ndarray, w: np.ndarray, wl: np.ndarray) -> float:
     return max(bounds, worst_defect(defect, tolerance[:rows]))
 
 
-@compiled("void(float64[::1], int64[:,::1], float64[::1])")
-def raise_demands(f: Array, fl: np.ndarray, v: Array) -> None:
+@compiled("void(float64[::1], int64[:,::1], float64[::1], int64)")
+def raise_demands(f: Array, fl: np.ndarray, v: Array, attempt: int) -> None:
     """Put the measured defect on the right-hand side of each row that failed, above what the row has at v.
 
-    A row that is not active at v has room to spare, which the defect alone would not use up.
+    A row that is not active at v has room to spare, which the defect alone would not use up. A defect that shrinks
+    by the same factor from attempt to attempt (1, 2, ..) adds up to defect / (1 - factor) in the end, which is added
+    at once.
     """
-    A, b = matrix(f, fl, Real.A), vector(f, fl, Real.B)
+    A, b, last = matrix(f, fl, Real.A), vector(f, fl, Real.B), vector(f, fl, Real.LAST_DEFECT)
     defect, tolerance = vector(f, fl, Real.DEFECT), vector(f, fl, Real.TOLERANCE)
     for i in range(b.shape[0]):
         if defect[i] > tolerance[i]:
-            value = 0.0
+            value, factor = 0.0, 0.0
             for j in range(v.shape[0]):
                 value += A[i, j] * v[j]
-            b[i] = max(b[i], value) + defect[i]
+            if attempt > 1 and 2.0 * defect[i] < last[i]:
+                factor = defect[i] / last[i]
+            b[i] = max(b[i], value) + defect[i] / (1.0 - factor)
+        last[i] = defect[i]
+
+
+@compiled(f"int64({MEMORY})")
+def concede(f: Array, fl: np.ndarray, w: np.ndarray, wl: np.ndarray) -> int:
+    """Count as slack what a row falls short of that may yield; 1 when V passes verification with that.
+
+    Such a row has a demand > 0: standing still would not keep it either. It may lose as much as standing still would.
+    """
+    v, demand, slack = vector(f, fl, Real.V), vector(f, fl, Real.DEMAND), vector(f, fl, Real.SLACK)
+    defect, tolerance = vector(f, fl, Real.DEFECT), vector(f, fl, Real.TOLERANCE)
+    rows = defect.shape[0]
+    if not bound_excess(v, vector(f, fl, Real.LOW), vector(f, fl, Real.HIGH), tolerance[rows:]) <= 1.0:
+        return 0
+    for i in range(rows):
+        if not defect[i] <= tolerance[i] and not (demand[i] > 0.0 and slack[i] + defect[i] <= demand[i]):
+            return 0
+    for i in range(rows):
+        if defect[i] > tolerance[i]:
+            slack[i] += defect[i]
+            defect[i] = 0.0
+    return 1
 
 
 @compiled(f"int64({MEMORY})")
@@ -298,15 +339,15 @@ def judge(f: Array, fl: np.ndarray, w: np.ndarray, wl: np.ndarray, solver: int) 
         candidate[:] = v
         if outcome[Slot.RESOLVES] < RESOLVES + options[Option.SECOND_SOLVER]:
             outcome[Slot.RESOLVES] += 1
-            raise_demands(f, fl, v)
+            raise_demands(f, fl, v, outcome[Slot.RESOLVES])
             return 1
     v[:] = candidate
-    for _ in range(HALVINGS):
-        outcome[Slot.HALVINGS] += 1
-        v *= 0.5
-        if violation(f, fl, w, wl) <= 1.0:
-            conclude(f, fl, w, wl, State.DEGRADED, Reason.HALVED, -1)
+    for halvings in range(HALVINGS + 1):
+        outcome[Slot.HALVINGS] = halvings
+        if violation(f, fl, w, wl) <= 1.0 or concede(f, fl, w, wl):
+            conclude(f, fl, w, wl, State.DEGRADED, Reason.HALVED if halvings else Reason.SLACK, -1)
             return 0
+        v *= 0.5
     conclude(f, fl, w, wl, State.HOLD, Reason.NOT_KEPT, worst_row(f, fl, w, wl))
     return 0
 

@@ -69,6 +69,15 @@ def explain(memory: Memory, names: tuple[str, ...], joints: tuple[str, ...]) -> 
             f"reference: expected a unit dual quaternion r + eps (1/2) t r, got {x.tolist()}, with |r| = "
             f"{np.linalg.norm(x[:4]):.9g} and <r, dual part> = {x[:4] @ x[4:]:.3g}"
         )
+    if reason == Reason.RECOVERING:
+        margin = memory.real[Real.MARGIN][where]
+        return f'constraint "{names[where]}" is violated by {-margin:.3g} {unit(names[where])} and is being left'
+    if reason == Reason.OUT_OF_RANGE:
+        position, limits = memory.real[Real.Q][memory.whole[Whole.DECIDED][where]], memory.real[Real.LIMITS][:2, where]
+        return (
+            f"{joints[where]} is at {position:.4g}, outside its range from {limits[0]:.4g} to {limits[1]:.4g}, and is "
+            "being driven back"
+        )
     if reason == Reason.NOT_KEPT:
         label = "a joint limit"
         if where >= 0:

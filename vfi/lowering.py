@@ -9,9 +9,9 @@ from primitives.checks import Array, array, known, number
 from primitives.constraint import ConstraintSet
 from primitives.elements import WORLD, Element
 from primitives.errors import InactiveConstraintError, InputError
-from primitives.evaluate import tabulate, used_entities, used_frames
 from primitives.kinematics import FlatModel, world_first
 from primitives.robot import Robot
+from primitives.table import tabulate, used_entities, used_frames
 from primitives.verification import TOLERANCE_ANGULAR, TOLERANCE_LINEAR
 from vfi.active_set import work_rows
 from vfi.memory import Memory, Real, Whole
@@ -195,6 +195,7 @@ def _memory(n: int, d: int, m: int, rows: int, frames: int, robot_frames: int, t
         Real.DISTANCE_NEXT: (m,),
         Real.MARGIN_NEXT: (m,),
         Real.DEFECT: (rows,),
+        Real.LAST_DEFECT: (rows,),
         Real.RELAXED_H: (wide, wide),
         Real.RELAXED_G: (wide,),
         Real.RELAXED_A: (rows, wide),

@@ -78,6 +78,7 @@ class Real(IntEnum):
     RELAXED_WORK = 54
     RELAXED_SCALE = 55
     TARGET = 56
+    LAST_DEFECT = 57
 
 
 class Whole(IntEnum):

@@ -50,8 +50,10 @@ class Reason(IntEnum):
     """The reference pose is not a unit dual quaternion."""
     MEASUREMENT = 11
     """Something of the measurement or the reference has not the shape or kind that was declared."""
-    TIME = 12
-    """The time stamp did not advance."""
+    RECOVERING = 12
+    """An enforced constraint is violated and is being left; the place is its index."""
+    OUT_OF_RANGE = 13
+    """A decided joint is outside its range and is being driven back; the place is its index among them."""
 
 
 class Slot(IntEnum):

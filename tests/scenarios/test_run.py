@@ -186,3 +186,33 @@ def test_bad_arguments_say_what_is_wrong():
         run(scene, period=0.05)
     with pytest.raises(InputError, match="at most the scene's"):
         run(scene.with_changes(duration=0.001), period=0.01)
+
+
+def test_violating_start_is_said_and_left():
+    """The shaft's end begins 2 mm beyond the wall, and joint 5 1 cm short of its range."""
+    scene = load_scene("S5")
+    start = (*scene.start[:4], 0.14, *scene.start[5:])
+    trace = run(scene.with_changes(start=start))
+    first = trace.events[0]
+    assert first.t == 0.0
+    assert first.state == "DEGRADED"
+    assert 'constraint "C3" is violated by 0.00212 m' in first.reason
+    assert trace.events[1].state == "RUN"
+    assert trace.events[1].t < 1.0
+    begun = round(trace.events[1].t / scene.period)
+    assert trace.margin("C3")[0] < -2e-3
+    assert trace.margin("C3")[begun:].min() > -1e-5
+    assert trace["q"][begun:, 4].min() > 0.15
+    result = summary(trace)
+    assert result["violated"] == ["C3"]
+    assert result["degraded_cycles"] == begun
+    assert result["infeasible_cycles"] == result["stopped_cycles"] == 0
+
+
+def test_joint_out_of_range_is_said_and_driven_back():
+    scene = load_scene("S1")
+    trace = run(scene.with_changes(start=(*scene.start[:6], 1.5, *scene.start[7:])))
+    assert trace.events[0].reason.startswith("moving/joint7 is at 1.5, outside its range from -1.4 to 1.4")
+    settled = round(trace.events[1].t / scene.period)
+    assert np.all(np.diff(trace["q"][:settled, 6]) < 0.0)
+    assert trace["q"][settled:, 6].max() <= 1.4 + 1e-5

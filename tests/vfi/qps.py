@@ -63,6 +63,16 @@ def solved(p: Problem, warm: Any = ()) -> Answer:
     return w.solve(p)
 
 
+def plain(H: Any, g: Any, A: Any = (), b: Any = (), low: Any = None, high: Any = None) -> Problem:
+    """A problem from lists; bounds that are not given are infinite."""
+    g = np.array(g, dtype=float)
+    n = len(g)
+    A, b = np.array(A, dtype=float).reshape(-1, n), np.array(b, dtype=float)
+    low = np.full(n, -np.inf) if low is None else np.array(low, dtype=float)
+    high = np.full(n, np.inf) if high is None else np.array(high, dtype=float)
+    return Problem(np.array(H, dtype=float), g, A, b, low, high)
+
+
 ALL_KINDS = ("duplicated", "opposed", "parallel", "dependent", "vertex", "zero", "unbounded", "fixed", "free gradient")
 
 

@@ -19,6 +19,7 @@ from tests.vfi.qps import (
     cases,
     least_violation,
     objective,
+    plain,
     random_problem,
     residuals,
     solved,
@@ -261,15 +262,6 @@ def test_the_rows_in_conflict_contradict_each_other_and_none_of_them_is_needless
                 assert least_violation(N[rest], c[rest]) < conflict - 1e-9
                 assert least_violation(N[rest], c[rest]) < 1e-7
     assert min(sizes) == (2 if not JIT_DISABLED else min(sizes)) and max(sizes) >= (8 if not JIT_DISABLED else 2)
-
-
-def plain(H: Any, g: Any, A: Any = (), b: Any = (), low: Any = None, high: Any = None) -> Problem:
-    g = np.array(g, dtype=float)
-    n = len(g)
-    A, b = np.array(A, dtype=float).reshape(-1, n), np.array(b, dtype=float)
-    low = np.full(n, -np.inf) if low is None else np.array(low, dtype=float)
-    high = np.full(n, np.inf) if high is None else np.array(high, dtype=float)
-    return Problem(np.array(H, dtype=float), g, A, b, low, high)
 
 
 def test_by_hand():
