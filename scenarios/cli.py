@@ -72,7 +72,7 @@ def main_options(
 @app.command()
 def run(
     scenes: Annotated[list[str], typer.Argument(help="Scenes by name (see `vfi list`) or as YAML files.")],
-    solver: Annotated[str, typer.Option(help="Solver of the program; see `vfi list`.")] = "active-set",
+    solver: Annotated[str, typer.Option(help="Solver, see `vfi list`; all: each in turn.")] = "active-set",
     period: Annotated[float | None, typer.Option(help="Control period in seconds; default: the scene's.")] = None,
     guard: Annotated[GuardMode, typer.Option(help="act on, only count, or skip what verification finds")] = (
         GuardMode.act
@@ -88,7 +88,7 @@ def run(
 
         jobs = prepare(scenes, solver=solver, period=period, guard=guard.value, seed=seed, robot=robot, out=out)
         traces = run_all(jobs, show_progress=sys.stderr.isatty())
-        files = write_results(traces, out) if out is not None else []
+        files = write_results(jobs, traces, out) if out is not None else []
     _show(traces, files, as_json)
 
 

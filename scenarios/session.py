@@ -1,19 +1,23 @@
 """Several runs in one go: everything is checked before the first one starts, and before anything is written."""
 
 import json
+import sys
 from collections.abc import Sequence
 from contextlib import nullcontext
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
-from primitives.errors import FileError, InputError
+from primitives.errors import FileError, InputError, SolverError
 from scenarios.analysis.metrics import summary
 from scenarios.analysis.trace import Trace
 from scenarios.robots import robots
 from scenarios.run import build, run
 from scenarios.scene import Scene
 from scenarios.scene_file import load_scene
+from vfi.backends import solvers
+
+ALL = "all"
 
 
 @dataclass(frozen=True)
@@ -52,6 +56,8 @@ def prepare(
 ) -> list[Job]:
     """Load and build every scene once, so that bad input is found before anything runs or is written.
 
+    solver "all" stands for every solver that is installed; those that are not are named on stderr.
+
     Raises
     ------
     InputError, UnknownNameError, FileError : the first thing that is wrong.
@@ -63,9 +69,16 @@ def prepare(
         if scene.name in names:
             raise InputError(f'scene "{scene.name}" was named twice; its trace would be overwritten')
         names.add(scene.name)
-        build(scene, solver=solver, guard=guard, period=period)
-        file = out / f"{scene.name}.mcap" if out is not None else None
-        jobs.append(Job(scene, {"solver": solver, "period": period, "guard": guard, "seed": seed, "out": file}))
+        for chosen in solvers.names() if solver == ALL else (solver,):
+            try:
+                build(scene, solver=chosen, guard=guard, period=period)
+            except SolverError as error:
+                if solver != ALL:
+                    raise
+                print(f"vfi: left out: {error}", file=sys.stderr)
+                continue
+            file = out / f"{scene.name}{f'-{chosen}' if solver == ALL else ''}.mcap" if out is not None else None
+            jobs.append(Job(scene, {"solver": chosen, "period": period, "guard": guard, "seed": seed, "out": file}))
     if out is not None and out.exists() and not out.is_dir():
         raise FileError(str(out), "--out: expected a folder, got a file; name another place")
     return jobs
@@ -83,7 +96,7 @@ def run_all(jobs: Sequence[Job], *, show_progress: bool) -> list[Trace]:
         for job in jobs:
             report = None
             if bar is not None:
-                task = bar.add_task(job.scene.name, total=1.0)
+                task = bar.add_task(f"{job.scene.name} {job.options['solver']}", total=1.0)
                 report = lambda share, task=task: bar.update(task, completed=share)  # noqa: E731
             traces.append(run(job.scene, **job.options, progress=report))
     return traces
@@ -96,11 +109,11 @@ def _bar() -> Any:
     return Progress(console=Console(stderr=True), transient=True)
 
 
-def write_results(traces: Sequence[Trace], out: Path) -> list[Path]:
-    """Write summary.json and the figures beside the traces; returns what was written."""
+def write_results(jobs: Sequence[Job], traces: Sequence[Trace], out: Path) -> list[Path]:
+    """Write summary.json and the figures beside the traces of the jobs; returns what is there."""
     from scenarios.analysis.figures import draw_all
 
     table = out / "summary.json"
     table.write_text(json.dumps([summary(trace) for trace in traces], indent=2) + "\n", encoding="utf-8")
     figures = draw_all(traces, out)
-    return [*(out / f"{trace.header['scene']}.mcap" for trace in traces), table, *figures]
+    return [*(job.options["out"] for job in jobs), table, *figures]

@@ -8,6 +8,8 @@ from rich.box import SIMPLE_HEAD
 from rich.console import Console
 from rich.table import Table
 
+from scenarios.analysis.trace import labels
+
 PIPED_WIDTH = 120
 """Columns of the table where nobody sits at a terminal: nothing is cut off in a file."""
 
@@ -20,7 +22,8 @@ def print_results(results: Sequence[dict[str, Any]], files: Sequence[Path] = ())
     """Print one row a run: the smallest margin of every constraint, the violated ones marked, and what it took."""
     names = list(dict.fromkeys(n for r in results for key in ("min_margin_m", "min_margin_rad") for n in r[key]))
     first = results[0]
-    title = f"smallest margins in mm: {first['solver']}, T = {first['period_s'] * 1e3:g} ms, guard {first['guard']}"
+    used = ", ".join(dict.fromkeys(r["solver"] for r in results))
+    title = f"smallest margins in mm: {used}, T = {first['period_s'] * 1e3:g} ms, guard {first['guard']}"
     caption = (
         "x: violated; infeas., guard: cycles; error: largest |vec8(x - x_d)|; acc.: rms of the joints' "
         "acceleration over the last 2 s; time: median of a cycle, us"
@@ -40,10 +43,10 @@ def print_results(results: Sequence[dict[str, Any]], files: Sequence[Path] = ())
         table.add_column(name if metric else f"{name} in deg", justify="right", no_wrap=True)
     for column in ("infeas.", "guard", "error", "acc.", "time"):
         table.add_column(column, justify="right", no_wrap=True)
-    for r in results:
+    for r, label in zip(results, labels(results), strict=True):
         cells = [_margin(r, name) for name in names]
         table.add_row(
-            r["scene"],
+            label,
             *cells,
             str(r["infeasible_cycles"]),
             str(r["guard_interventions"]),
@@ -55,10 +58,10 @@ def print_results(results: Sequence[dict[str, Any]], files: Sequence[Path] = ())
     if not console.is_terminal:
         console.width = PIPED_WIDTH
     console.print(table)
-    for r in results:
+    for r, label in zip(results, labels(results), strict=True):
         for event in r["events"][:SHOWN]:
             if event["state"] != "RUN":
-                console.print(f"  {r['scene']} at {event['t']:.3f} s {event['state']}: {event['reason']}", markup=False)
+                console.print(f"  {label} at {event['t']:.3f} s {event['state']}: {event['reason']}", markup=False)
     for file in files:
         console.print(f"  {file}", highlight=False)
 

@@ -15,7 +15,7 @@ from mpl_toolkits.mplot3d.axes3d import Axes3D  # type: ignore[import-untyped]
 from primitives import dual_quaternion as dq
 from primitives.checks import Array
 from primitives.errors import InputError
-from scenarios.analysis.trace import Trace
+from scenarios.analysis.trace import Trace, labels
 
 # The colours of M. Okabe and K. Ito, told apart with any colour vision.
 COLOURS = ("#000000", "#E69F00", "#56B4E9", "#009E73", "#D55E00", "#0072B2", "#CC79A7", "#F0E442")
@@ -35,8 +35,8 @@ def thin(values: Array) -> np.ndarray:
     return np.unique([0, *picks, len(values) - 1])
 
 
-def _label(trace: Trace) -> str:
-    return str(trace.header["scene"])
+def _named(traces: Sequence[Trace]) -> list[tuple[Trace, str]]:
+    return list(zip(traces, labels([trace.header for trace in traces]), strict=True))
 
 
 def _look(i: int) -> dict[str, Any]:
@@ -45,9 +45,9 @@ def _look(i: int) -> dict[str, Any]:
     return {"color": COLOURS[i % len(COLOURS)], "linestyle": STYLES[i % len(STYLES)], "linewidth": width}
 
 
-def _curve(axes: Axes, i: int, trace: Trace, values: Array) -> None:
+def _curve(axes: Axes, i: int, trace: Trace, label: str, values: Array) -> None:
     keep = thin(values)
-    axes.plot(trace.t[keep], values[keep], label=_label(trace), **_look(i))
+    axes.plot(trace.t[keep], values[keep], label=label, **_look(i))
 
 
 def _legend(figure: Figure, axes: Axes, traces: Sequence[Trace]) -> None:
@@ -58,14 +58,14 @@ def _legend(figure: Figure, axes: Axes, traces: Sequence[Trace]) -> None:
 def margins(traces: Sequence[Trace]) -> Figure:
     """Figure 3: the margin of every constraint over time, one panel each; below the line it is violated."""
     units = {name: unit for trace in traces for name, unit in trace.header["constraints"].items()}
-    rows = (len(units) + 1) // 2
+    rows, named = (len(units) + 1) // 2, _named(traces)
     figure = Figure(figsize=(9.0, 2.7 * rows + 0.6), layout="constrained")
     panels = figure.subplots(rows, 2, squeeze=False, sharex=True).ravel()
     for axes, (name, unit) in zip(panels, units.items(), strict=False):
         scale, shown = (1e3, "mm") if unit == "m" else (np.degrees(1.0), "deg")
-        for i, trace in enumerate(traces):
+        for i, (trace, label) in enumerate(named):
             if name in trace.header["constraints"]:
-                _curve(axes, i, trace, scale * trace.margin(name))
+                _curve(axes, i, trace, label, scale * trace.margin(name))
         axes.axhline(0.0, color="#777777", linewidth=0.8)
         low = min(axes.get_ylim()[0], 0.0)
         axes.axhspan(low, 0.0, color="#D55E00", alpha=0.08, linewidth=0)
@@ -85,9 +85,9 @@ def velocity_and_error(traces: Sequence[Trace]) -> Figure:
     """Figure 4: the norm of the joint velocities (rad/s and m/s together, as in the paper) and of the pose error."""
     figure = Figure(figsize=(9.0, 5.6), layout="constrained")
     top, bottom = figure.subplots(2, 1, sharex=True)
-    for i, trace in enumerate(traces):
-        _curve(top, i, trace, np.linalg.norm(trace["qdot"], axis=1))
-        _curve(bottom, i, trace, np.linalg.norm(trace["error"], axis=1))
+    for i, (trace, label) in enumerate(_named(traces)):
+        _curve(top, i, trace, label, np.linalg.norm(trace["qdot"], axis=1))
+        _curve(bottom, i, trace, label, np.linalg.norm(trace["error"], axis=1))
     top.set_ylabel("|q̇|₂  [rad/s, m/s]")
     bottom.set_ylabel("|vec₈(x − x_d)|₂")
     bottom.set_xlabel("time [s]")
@@ -103,10 +103,10 @@ def tip_paths(traces: Sequence[Trace]) -> Figure:
     wanted = _positions(traces[0]["reference"])
     paths = [wanted]
     axes.plot(*wanted.T, color="#999999", linestyle="-", linewidth=5.0, alpha=0.5, label="reference")
-    for i, trace in enumerate(traces):
+    for i, (trace, label) in enumerate(_named(traces)):
         path = _positions(trace["pose"])
         paths.append(path)
-        axes.plot(*path.T, label=_label(trace), **_look(i))
+        axes.plot(*path.T, label=label, **_look(i))
         axes.scatter(*path[-1], color=COLOURS[i % len(COLOURS)], s=14)
     low, high = np.min(np.vstack(paths), axis=0), np.max(np.vstack(paths), axis=0)
     room = np.maximum(high - low, SLIMMEST * np.max(high - low)) / 2.0

@@ -8,7 +8,7 @@ what a killed run leaves behind loads up to its last complete block.
 
 import json
 import struct
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from pathlib import Path
 from types import TracebackType
@@ -46,6 +46,12 @@ class Event(NamedTuple):
     reason: str
 
 
+def labels(headers: Sequence[Mapping[str, Any]]) -> list[str]:
+    """What tells several runs apart: the scene, and the solver where it is not the same for all."""
+    same = len({header["solver"] for header in headers}) == 1
+    return [header["scene"] if same else f"{header['scene']} {header['solver']}" for header in headers]
+
+
 class TraceWriter:
     """Writes a trace block by block; use it in a ``with`` statement.
 
@@ -57,7 +63,10 @@ class TraceWriter:
     """
 
     def __init__(self, path: Path, columns: Mapping[str, slice], header: Mapping[str, Any]):
-        self._file = path.open("wb")
+        try:
+            self._file = path.open("wb")
+        except OSError as error:
+            raise FileError(str(path), f"cannot be written ({error})") from None
         self._writer = Writer(self._file, use_chunking=False)
         self._writer.start(profile="", library="active-constraints")
         description = {name: [place.start, place.stop] for name, place in columns.items()}
@@ -81,9 +90,12 @@ class TraceWriter:
 
     def _add(self, channel: int, t: float, data: bytes) -> None:
         stamp = max(0, round(t * 1e9))
-        self._writer.add_message(channel, stamp, data, stamp, self._sequence)
+        try:
+            self._writer.add_message(channel, stamp, data, stamp, self._sequence)
+            self._file.flush()
+        except OSError as error:
+            raise FileError(self._file.name, f"the trace cannot be continued ({error})") from None
         self._sequence += 1
-        self._file.flush()
 
     def __enter__(self) -> Self:
         return self

@@ -73,6 +73,20 @@ def test_out_holds_traces_summary_and_figures(tmp_path):
     assert [r["scene"] for r in json.loads((out / "summary.json").read_text())] == ["S1", "S5"]
 
 
+def test_all_solvers_keep_the_margins_of_s5_within_a_tenth_of_a_millimetre(tmp_path):
+    done = vfi("run", "S5", "--solver", "all", "--period", "0.008", "--out", tmp_path, "--json")
+    assert done.exit_code == 0
+    results = {r["solver"]: r for r in json.loads(done.stdout)}
+    assert results.keys() >= {"active-set", "lp", "proxqp", "osqp", "piqp", "daqp"}
+    ours = results["active-set"]["min_margin_m"]
+    for name, r in results.items():
+        assert r["violated"] == []
+        assert r["infeasible_cycles"] == 0
+        assert (tmp_path / f"S5-{name}.mcap").exists()
+        if name != "lp":  # it minimises another norm
+            assert r["min_margin_m"] == pytest.approx(ours, abs=1e-4)
+
+
 def test_list_names_everything():
     done = vfi("list")
     assert done.exit_code == 0
