@@ -25,8 +25,9 @@ def print_results(results: Sequence[dict[str, Any]], files: Sequence[Path] = ())
     used = ", ".join(dict.fromkeys(r["solver"] for r in results))
     title = f"smallest margins in mm: {used}, T = {first['period_s'] * 1e3:g} ms, guard {first['guard']}"
     caption = (
-        "x: violated; infeas., guard: cycles; error: largest |vec8(x - x_d)|; acc.: rms of the joints' "
-        "acceleration over the last 2 s; time: median of a cycle, us"
+        "x: violated; infeas., guard: cycles; row: largest shortfall of an answer before verification, per s; "
+        "error: largest |vec8(x - x_d)|; acc.: rms of the joints' acceleration over the last 2 s; "
+        "time: median of a cycle, us"
     )
     table = Table(
         title=title,
@@ -41,7 +42,7 @@ def print_results(results: Sequence[dict[str, Any]], files: Sequence[Path] = ())
     for name in names:
         metric = any(name in r["min_margin_m"] for r in results)
         table.add_column(name if metric else f"{name} in deg", justify="right", no_wrap=True)
-    for column in ("infeas.", "guard", "error", "acc.", "time"):
+    for column in ("infeas.", "row", "guard", "error", "acc.", "time"):
         table.add_column(column, justify="right", no_wrap=True)
     for r, label in zip(results, labels(results), strict=True):
         cells = [_margin(r, name) for name in names]
@@ -49,6 +50,7 @@ def print_results(results: Sequence[dict[str, Any]], files: Sequence[Path] = ())
             label,
             *cells,
             str(r["infeasible_cycles"]),
+            f"{r['row_shortfall']:.0e}",
             str(r["guard_interventions"]),
             f"{r['task_error']['max']:.1e}",
             f"{r['acceleration_rms_last_2s']:.3f}",

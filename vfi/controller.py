@@ -17,7 +17,7 @@ from primitives.robot import Robot
 from vfi import cycle as compiled_cycle
 from vfi.backends import Backend, solvers
 from vfi.explain import explain
-from vfi.lowering import Settings, lower
+from vfi.lowering import Settings, lower, one_or_each
 from vfi.memory import Real, Whole
 from vfi.messages import ByName, Command, Measurement, Rows
 from vfi.outcome import Guard, Reason, Setting, Slot, State
@@ -190,7 +190,7 @@ class Controller:
         settings = self._memory.real[Real.SETTINGS]
         A[m : m + k] = jacobian
         demanded = np.minimum(-rows.eta * margin, settings[Setting.RECOVERY_LINEAR])
-        demand[m : m + k] = demanded - array(np.broadcast_to(rows.residual, k), (k,), "residual of rows")
+        demand[m : m + k] = demanded - one_or_each(rows.residual, k, "residual of rows")
 
     def _with_backend(self, backend: Backend, t: float, row: int) -> None:
         """As the compiled cycle, with another solver and the kernel behind it."""

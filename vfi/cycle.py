@@ -62,6 +62,7 @@ def prepare(f: Array, fl: np.ndarray, w: np.ndarray, wl: np.ndarray) -> int:
     outcome, options = integers(w, wl, Whole.OUTCOME), integers(w, wl, Whole.OPTIONS)
     outcome[:] = 0
     outcome[Slot.WHERE] = -1
+    vector(f, fl, Real.SHORTFALL)[0] = 0.0
     q, reference = vector(f, fl, Real.Q), vector(f, fl, Real.REFERENCE)
     pose, twist, given = matrix(f, fl, Real.POSE), matrix(f, fl, Real.TWIST), vector(f, fl, Real.GIVEN)
     entities = options[Option.ROBOT_FRAMES]
@@ -317,6 +318,17 @@ def worst_row(f: Array, fl: np.ndarray, w: np.ndarray, wl: np.ndarray) -> int:
     return place
 
 
+@compiled("void(float64[::1], int64[:,::1], float64[::1])")
+def note_shortfall(f: Array, fl: np.ndarray, v: Array) -> None:
+    """Write down by how much v falls short of its rows at most, per second."""
+    defect = vector(f, fl, Real.DEFECT)
+    row_defects(matrix(f, fl, Real.A), vector(f, fl, Real.DEMAND), vector(f, fl, Real.SLACK), v, defect)
+    worst = 0.0
+    for i in range(defect.shape[0]):
+        worst = max(worst, defect[i])
+    vector(f, fl, Real.SHORTFALL)[0] = worst
+
+
 @compiled(f"int64({MEMORY}, int64)")
 def judge(f: Array, fl: np.ndarray, w: np.ndarray, wl: np.ndarray, solver: int) -> int:
     """Verify V and decide what becomes of it; returns 1 when the program, now raised, is to be solved again."""
@@ -328,6 +340,8 @@ def judge(f: Array, fl: np.ndarray, w: np.ndarray, wl: np.ndarray, solver: int) 
         reason = Reason.INFEASIBLE if outcome[Slot.INFEASIBLE] else Reason.SOLVER
         conclude(f, fl, w, wl, State.HOLD, reason, -1)
         return 0
+    if found and outcome[Slot.RESOLVES] == 0:
+        note_shortfall(f, fl, v)
     if guard == Guard.OFF:
         return 0
     if found:

@@ -4,6 +4,7 @@ from collections.abc import Mapping
 from typing import NamedTuple
 
 import numpy as np
+from numpy.typing import ArrayLike
 
 from primitives.checks import Array, array, known, number
 from primitives.constraint import ConstraintSet
@@ -38,6 +39,11 @@ class Lowered(NamedTuple):
     memory: Memory
     entities: tuple[str, ...]
     first_entity: int
+
+
+def one_or_each(value: ArrayLike, n: int, what: str) -> Array:
+    """An array (n,) from n numbers, or from one that stands for all of them; raises InputError."""
+    return array(np.full(n, value) if np.isscalar(value) else value, (n,), what)
 
 
 def _gains(eta: float | Mapping[str, float], names: tuple[str, ...], period: float) -> Array:
@@ -141,7 +147,7 @@ def lower(robot: Robot, constraints: ConstraintSet, task: Task, group: str, sett
         chosen[Setting.GAIN], chosen[Setting.DAMPING] = task.gain, task.damping
         real[Real.WEIGHT][:] = array(task.weight, (8,), "weight")
     else:
-        real[Real.WEIGHT][:] = array(np.broadcast_to(task.weight, d), (d,), "weight")
+        real[Real.WEIGHT][:] = one_or_each(task.weight, d, "weight of VelocityTask")
     return Lowered(memory, entities, len(frames))
 
 
@@ -196,6 +202,7 @@ def _memory(n: int, d: int, m: int, rows: int, frames: int, robot_frames: int, t
         Real.MARGIN_NEXT: (m,),
         Real.DEFECT: (rows,),
         Real.LAST_DEFECT: (rows,),
+        Real.SHORTFALL: (1,),
         Real.RELAXED_H: (wide, wide),
         Real.RELAXED_G: (wide,),
         Real.RELAXED_A: (rows, wide),

@@ -79,6 +79,7 @@ class Real(IntEnum):
     RELAXED_SCALE = 55
     TARGET = 56
     LAST_DEFECT = 57
+    SHORTFALL = 58
 
 
 class Whole(IntEnum):

@@ -25,6 +25,7 @@ _BLOCKS = (
     ("reference", Real.REFERENCE),
     ("pose", Real.TIP),
     ("error", Real.ERROR),
+    ("shortfall", Real.SHORTFALL),
     ("distance", Real.DISTANCE),
     ("margin", Real.MARGIN),
     ("slack", Real.SLACK),
@@ -36,7 +37,8 @@ def columns(memory: Memory) -> dict[str, slice]:
     """Where each quantity stands in a record: "t", "cycle_us", the outcome's slots in lower case, and the blocks.
 
     q (n,), qdot (d,), reference, pose and error (8,) or (d,), distance and margin (m,), slack (r,), multiplier
-    (r + 2d,): rows, lower bounds, upper bounds.
+    (r + 2d,): rows, lower bounds, upper bounds. shortfall is by how much the solver's first answer falls short of its
+    rows, at most, in the margins' unit per second.
     """
     names = [h.name.lower() for h in Head] + [s.name.lower() for s in Slot]
     out = {name: slice(i, i + 1) for i, name in enumerate(names)}
@@ -74,6 +76,7 @@ def write_record(f: Array, fl: np.ndarray, w: np.ndarray, wl: np.ndarray, t: flo
     at = _put(vector(f, fl, Real.REFERENCE), ring, row, at)
     at = _put(vector(f, fl, Real.TIP), ring, row, at)
     at = _put(vector(f, fl, Real.ERROR), ring, row, at)
+    at = _put(vector(f, fl, Real.SHORTFALL), ring, row, at)
     at = _put(vector(f, fl, Real.DISTANCE), ring, row, at)
     at = _put(vector(f, fl, Real.MARGIN), ring, row, at)
     at = _put(vector(f, fl, Real.SLACK), ring, row, at)

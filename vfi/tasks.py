@@ -57,7 +57,8 @@ class VelocityTask:
     weight: ArrayLike = 1.0
 
     def __post_init__(self) -> None:
-        if np.any(~(np.asarray(self.weight, dtype=float) > 0.0)):
+        shape = () if np.isscalar(self.weight) else (None,)
+        if np.any(array(self.weight, shape, "weight of VelocityTask") <= 0.0):
             raise InputError(f"weight of VelocityTask: expected numbers > 0, got {self.weight}")
 
 

@@ -40,6 +40,7 @@ def summary(trace: Trace) -> dict[str, Any]:
         "violated": [name for name in names if smallest[name] < VIOLATED],
         "min_margin_m": {n: smallest[n] for n, unit in names.items() if unit == "m"},
         "min_margin_rad": {n: smallest[n] for n, unit in names.items() if unit == "rad"},
+        "row_shortfall": float(trace["shortfall"].max()),
         "infeasible_cycles": int(trace["infeasible"].sum()),
         "guard_interventions": int(trace["intervened"].sum()),
         "halved_cycles": int(np.count_nonzero(trace["halvings"])),

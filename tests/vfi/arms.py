@@ -227,8 +227,6 @@ def closed_loop(
 
 # Random scenes -------------------------------------------------------------------------------------------------------
 
-KINDS: dict[str, Callable[..., Element]] = {}
-
 
 def random_unit(rng: np.random.Generator) -> Array:
     v = rng.normal(size=3)
@@ -269,9 +267,8 @@ def random_constraints(
     out: list[Constraint] = []
     names = sorted(CASES)
     while len(out) < count:
-        kinds = {"line_line_angle": ("line", "line")}.get(names[len(out) % len(names)])
         name = names[int(rng.integers(len(names)))]
-        kinds = kinds if name == "line_line_angle" and kinds else tuple(name.split("_")[:2])
+        kinds = name.split("_")[:2]
         first = random_element(rng, kinds[0], np.zeros(3), 0.1 * reach, frame=str(rng.choice(frames)))
         on = against[int(rng.integers(len(against)))]
         second = random_element(rng, kinds[1], near if not on else np.zeros(3), reach, **on)

@@ -175,4 +175,7 @@ def test_start_outside_comes_back(period):
     assert np.all(over <= np.maximum(expected, np.maximum(slowed, 0.45)) + 1e-9)
     if len(over) > 100 / period / 50:
         assert over[-1] < 1e-3
-    assert {c.state for c in run.commands} == {State.RUN}
+    outside = over[:-1]
+    for command, by in zip(run.commands, outside, strict=True):
+        assert command.state is (State.DEGRADED if by > 1e-5 else State.RUN)
+        assert ("outside its range" in command.reason) == (by > 1e-5)

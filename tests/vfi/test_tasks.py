@@ -4,7 +4,7 @@ from typing import Any
 
 import numpy as np
 import pytest
-from dqrobotics import DQ, E_, j_, k_
+from dqrobotics import DQ, E_, j_
 from dqrobotics.robot_modeling import DQ_SerialManipulatorMDH
 
 from primitives import dual_quaternion as dq
@@ -102,13 +102,12 @@ def test_velocities_of_other_joints_enter_the_target():
 
 def test_both_signs_of_the_reference_give_the_same_command_to_the_bit():
     """Also where the tip's own quaternion crosses w = 0 and changes its sign."""
-    robot, reference = pair(), paper_reference(pair())
+    reference = paper_reference(pair())
     rng = np.random.default_rng(4)
     plus, minus = (controller() for _ in range(2))
     first = closed_loop(plus, START, reference, cases(3000, 60))
     second = closed_loop(minus, START, lambda t: reference(t) * (-1.0 if rng.random() < 0.5 else 1.0), cases(3000, 60))
     np.testing.assert_array_equal(first.qdot, second.qdot)
-    assert robot.n == 16
 
 
 def test_error_never_takes_the_long_way():
@@ -192,7 +191,6 @@ def test_reference_may_be_a_dq():
     first = as_array.step(measurement, reference)
     second = as_dq.step(measurement, DQ(reference))
     np.testing.assert_array_equal(first.qdot, second.qdot)
-    assert DQ(reference) != k_
 
 
 def test_task_on_another_frame():
