@@ -185,28 +185,28 @@ class Controller:
         if k > self._user_rows:
             raise InputError(f"got {k} rows, expected at most {self._user_rows}; raise user_rows of the Controller")
         margin = array(rows.margin, (k,), "margin of rows")
-        if not 0.0 < rows.eta * self.period <= 1.0 + 1e-12:
-            raise InputError(f"eta of rows: expected 0 < eta T <= 1, got eta = {rows.eta} and T = {self.period}")
+        eta = number(rows.eta, "eta of rows", positive=True)
+        if eta * self.period > 1.0 + 1e-12:
+            raise InputError(f"eta of rows: expected eta T <= 1, got eta = {eta} 1/s and T = {self.period} s")
         settings = self._memory.real[Real.SETTINGS]
         A[m : m + k] = jacobian
-        demanded = np.minimum(-rows.eta * margin, settings[Setting.RECOVERY_LINEAR])
+        demanded = np.minimum(-eta * margin, settings[Setting.RECOVERY_LINEAR])
         demand[m : m + k] = demanded - one_or_each(rows.residual, k, "residual of rows")
 
     def _with_backend(self, backend: Backend, t: float, row: int) -> None:
-        """As the compiled cycle, with another solver and the kernel behind it."""
+        """As the compiled cycle, with another solver; where re-solving does not help, the kernel begins anew."""
         if compiled_cycle.prepare(*self._arguments) < State.HOLD:
-            again = 1
-            while again:
-                status = self._ask(backend)
-                again = compiled_cycle.judge(*self._arguments, int(status))
+            while compiled_cycle.judge(*self._arguments, int(self._ask(backend))):
+                if self._outcome[Slot.RESOLVES] > compiled_cycle.RESOLVES:
+                    self._by_kernel()
+                    break
         compiled_cycle.finish(*self._arguments, t, self.ring, row)
 
     def _ask(self, backend: Backend) -> SolverStatus:
-        """The back end's answer; the kernel's where that is none, or where re-solving has not helped."""
+        """The back end's answer, or the kernel's where that is none."""
         status = SolverStatus.NOT_SOLVED
-        if self._outcome[Slot.RESOLVES] <= compiled_cycle.RESOLVES:
-            with suppress(Exception):
-                status = SolverStatus(backend.solve(self._v, self._multiplier))
+        with suppress(Exception):
+            status = SolverStatus(backend.solve(self._v, self._multiplier))
         self._outcome[Slot.SOLVER] = status
         if status == SolverStatus.OPTIMAL and np.isfinite(self._v).all():
             return status
@@ -216,6 +216,16 @@ class Controller:
         if status == SolverStatus.OPTIMAL:
             compiled_cycle.conclude(*self._arguments, State.DEGRADED, Reason.SECOND_SOLVER, -1)
         return status
+
+    def _by_kernel(self) -> None:
+        """The same program from the beginning, without what the back end's answers have done to it."""
+        resolves = int(self._outcome[Slot.RESOLVES])
+        compiled_cycle.prepare(*self._arguments)
+        compiled_cycle.conclude(*self._arguments, State.DEGRADED, Reason.SECOND_SOLVER, -1)
+        while compiled_cycle.judge(*self._arguments, compiled_cycle.optimise(*self._arguments)):
+            pass
+        self._outcome[Slot.RESOLVES] += resolves
+        self._outcome[Slot.INTERVENED] = 1
 
     def _refuse(self, measurement: Any, error: Exception) -> Command:
         """A FAULT command for inputs that could not even be read."""

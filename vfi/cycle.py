@@ -28,7 +28,7 @@ from vfi.relaxation import relax
 from vfi.tasks import POSE, fill_cost, fill_pose_task, fill_velocity_task, pose_of_frame, unit_defect
 
 RESOLVES = 3
-"""How often a program is solved again with the measured defect on its right-hand side, before a second solver is."""
+"""How often a program is solved again with the measured defect on its right-hand side, and again by a second solver."""
 HALVINGS = 8
 """How often a command is halved before it is given up."""
 VIOLATED = 1e-5
@@ -351,9 +351,16 @@ def judge(f: Array, fl: np.ndarray, w: np.ndarray, wl: np.ndarray, solver: int) 
         if guard == Guard.WATCH:
             return 0
         candidate[:] = v
-        if outcome[Slot.RESOLVES] < RESOLVES + options[Option.SECOND_SOLVER]:
+        if outcome[Slot.RESOLVES] < RESOLVES + options[Option.SECOND_SOLVER] * (1 + RESOLVES):
             outcome[Slot.RESOLVES] += 1
-            raise_demands(f, fl, v, outcome[Slot.RESOLVES])
+            attempt = outcome[Slot.RESOLVES]
+            if attempt == RESOLVES + 1:
+                # The second solver begins with the program as it was: what the first one answered proves nothing.
+                b, demand, slack = vector(f, fl, Real.B), vector(f, fl, Real.DEMAND), vector(f, fl, Real.SLACK)
+                for i in range(b.shape[0]):
+                    b[i] = demand[i] - slack[i]
+            else:
+                raise_demands(f, fl, v, attempt if attempt <= RESOLVES else attempt - RESOLVES - 1)
             return 1
     v[:] = candidate
     for halvings in range(HALVINGS + 1):

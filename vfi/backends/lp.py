@@ -20,6 +20,8 @@ from vfi.qp import QP, SolverStatus
 BETA_OVER_ETA = 40.0 / 50.0
 """beta = 40 with eta = 50 as in the paper; the target of the program holds eta x~, so their ratio is what counts."""
 TOLERANCE = 1e-10
+ITERATIONS = 10_000
+"""Of the simplex method; a cold start of S5 takes about 30."""
 
 
 class _SilentHighs(highspy.Highs):
@@ -49,6 +51,7 @@ class PaperLP:
             ("threads", 1),
             ("presolve", "off"),
             ("solver", "simplex"),
+            ("simplex_iteration_limit", ITERATIONS),
             ("primal_feasibility_tolerance", TOLERANCE),
             ("dual_feasibility_tolerance", TOLERANCE),
         ):
@@ -58,7 +61,7 @@ class PaperLP:
         """Dense constraint matrix, right-hand side and cost of the canonical form, as they stand now."""
         J, target, A, b = self.qp.task, self.qp.error, self.qp.A, self.qp.b
         k, n = J.shape
-        rows = np.union1d(self._rows, np.flatnonzero(b > -np.inf))
+        rows = np.union1d(self._rows, np.flatnonzero(b != -np.inf))
         if len(rows) > len(self._rows):
             self._rows, self._basis = rows, None
         W = np.vstack([np.eye(n), -np.eye(n), -A[rows]])
@@ -81,6 +84,9 @@ class PaperLP:
     def solve(self, v: Array, multiplier: Array) -> SolverStatus:
         """Solve the program as it stands; see `vfi.backends.Backend`."""
         matrix, right, cost = self.matrices()
+        if not (np.isfinite(matrix).all() and np.isfinite(right).all()):
+            # HiGHS iterates for ever on a NaN.
+            return SolverStatus.NOT_SOLVED
         rows, variables = matrix.shape
         n, (k, _) = len(v), self.qp.task.shape
         lp = highspy.HighsLp()

@@ -14,7 +14,17 @@ from vfi.backends import Solver
 from vfi.backends.rows import scaled_rows
 from vfi.qp import QP, SolverStatus
 
-SETTINGS = {"eps_abs": 1e-9, "eps_rel": 0.0, "eps_primal_inf": 1e-14, "eps_dual_inf": 1e-14, "max_iter": 500}
+# Without a bound on the duality gap the answer keeps the rows and misses the optimum.
+SETTINGS = {
+    "eps_abs": 1e-9,
+    "eps_rel": 0.0,
+    "check_duality_gap": True,
+    "eps_duality_gap_abs": 1e-8,
+    "eps_duality_gap_rel": 0.0,
+    "eps_primal_inf": 1e-14,
+    "eps_dual_inf": 1e-14,
+    "max_iter": 500,
+}
 UNBOUNDED = 1e20
 """What ProxQP takes for no upper bound of a row."""
 
