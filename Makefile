@@ -73,8 +73,8 @@ docs: install ## build the documentation; a warning is an error
 	$(BIN)/sphinx-build --quiet --nitpicky --fail-on-warning --keep-going docs docs/_build/html
 	@echo "docs/_build/html/index.html"
 
-bench: install ## the benchmarks in tests/bench
-	@[ -d tests/bench ] || { echo "there are no benchmarks yet: tests/bench does not exist" >&2; exit 1; }
+bench: install ## time one S5 cycle beside the peers, and its growth: a table, and runs/bench/bench.json
+	$(BIN)/python -m pip install -q --disable-pip-version-check --editable ".[dev,peers]"
 	$(BIN)/python -m pytest tests/bench
 
 clean: ## remove .venv, build products and caches; runs/ stays

@@ -15,6 +15,7 @@ from primitives.errors import InputError
 from primitives.evaluate import entity_arrays
 from primitives.robot import Robot
 from vfi import cycle as compiled_cycle
+from vfi import recovery
 from vfi.backends import Backend, solvers
 from vfi.explain import explain
 from vfi.lowering import Settings, lower, one_or_each
@@ -196,8 +197,8 @@ class Controller:
     def _with_backend(self, backend: Backend, t: float, row: int) -> None:
         """As the compiled cycle, with another solver; where re-solving does not help, the kernel begins anew."""
         if compiled_cycle.prepare(*self._arguments) < State.HOLD:
-            while compiled_cycle.judge(*self._arguments, int(self._ask(backend))):
-                if self._outcome[Slot.RESOLVES] > compiled_cycle.RESOLVES:
+            while recovery.judge(*self._arguments, int(self._ask(backend))):
+                if self._outcome[Slot.RESOLVES] > recovery.RESOLVES:
                     self._by_kernel()
                     break
         compiled_cycle.finish(*self._arguments, t, self.ring, row)
@@ -214,15 +215,15 @@ class Controller:
         status = SolverStatus(compiled_cycle.optimise(*self._arguments))
         self._outcome[Slot.INFEASIBLE] = max(self._outcome[Slot.INFEASIBLE], int(infeasible))
         if status == SolverStatus.OPTIMAL:
-            compiled_cycle.conclude(*self._arguments, State.DEGRADED, Reason.SECOND_SOLVER, -1)
+            recovery.conclude(*self._arguments, State.DEGRADED, Reason.SECOND_SOLVER, -1)
         return status
 
     def _by_kernel(self) -> None:
         """The same program from the beginning, without what the back end's answers have done to it."""
         resolves = int(self._outcome[Slot.RESOLVES])
         compiled_cycle.prepare(*self._arguments)
-        compiled_cycle.conclude(*self._arguments, State.DEGRADED, Reason.SECOND_SOLVER, -1)
-        while compiled_cycle.judge(*self._arguments, compiled_cycle.optimise(*self._arguments)):
+        recovery.conclude(*self._arguments, State.DEGRADED, Reason.SECOND_SOLVER, -1)
+        while recovery.judge(*self._arguments, compiled_cycle.optimise(*self._arguments)):
             pass
         self._outcome[Slot.RESOLVES] += resolves
         self._outcome[Slot.INTERVENED] = 1

@@ -8,52 +8,23 @@ import numpy as np
 
 from primitives.checks import Array
 from primitives.compiled import compiled
-from primitives.evaluate import evaluate_margins, evaluate_rows
+from primitives.evaluate import evaluate_rows
 from primitives.kinematics import forward_kinematics, frame_jacobians
-from primitives.verification import (
-    all_finite,
-    bound_excess,
-    move_frames,
-    row_defects,
-    sampled_defects,
-    worst_defect,
-)
+from primitives.verification import all_finite
 from vfi.active_set import INFEASIBLE, OPTIMAL, solve
 from vfi.inequality import fill_rows
 from vfi.limits import fill_bounds
 from vfi.memory import MEMORY, Real, Whole, cube, integer_matrix, integers, matrix, vector
-from vfi.outcome import Guard, Option, Reason, Setting, Slot, State
+from vfi.outcome import Option, Reason, Setting, Slot, State
 from vfi.record import write_record
+from vfi.recovery import conclude, judge
 from vfi.relaxation import relax
 from vfi.tasks import POSE, fill_cost, fill_pose_task, fill_velocity_task, pose_of_frame, unit_defect
 
-RESOLVES = 3
-"""How often a program is solved again with the measured defect on its right-hand side, and again by a second solver."""
-HALVINGS = 8
-"""How often a command is halved before it is given up."""
 VIOLATED = 1e-5
 """A margin below minus this, or a joint farther out of its range, is a violation that is said; metres or radians."""
 UNIT = 1e-6
 """How far a reference pose may be from a unit dual quaternion."""
-
-
-@compiled(f"int64({MEMORY}, int64, int64, int64)")
-def conclude(f: Array, fl: np.ndarray, w: np.ndarray, wl: np.ndarray, state: int, reason: int, where: int) -> int:
-    """Write down state and reason unless a graver one stands there; HOLD and FAULT command zero. Returns the state.
-
-    Of equal states slack is the gravest reason, and where the cycle began the least.
-    """
-    outcome = integers(w, wl, Whole.OUTCOME)
-    began = outcome[Slot.REASON] == Reason.RECOVERING or outcome[Slot.REASON] == Reason.OUT_OF_RANGE
-    graver = reason == Reason.SLACK or began
-    if state > outcome[Slot.STATE] or (state == outcome[Slot.STATE] and graver):
-        outcome[Slot.STATE] = state
-        outcome[Slot.REASON] = reason
-        outcome[Slot.WHERE] = where
-    if state >= State.HOLD:
-        vector(f, fl, Real.V)[:] = 0.0
-        vector(f, fl, Real.MULTIPLIER)[:] = 0.0
-    return state
 
 
 @compiled(f"int64({MEMORY})")
@@ -221,156 +192,6 @@ def optimise(f: Array, fl: np.ndarray, w: np.ndarray, wl: np.ndarray) -> int:
             slack[:] = before
     outcome[Slot.SOLVER] = status
     return status
-
-
-@compiled(f"float64({MEMORY})")
-def violation(f: Array, fl: np.ndarray, w: np.ndarray, wl: np.ndarray) -> float:
-    """By how many tolerances V fails verification; at most 1 when it passes. Fills the defects (r,)."""
-    v, defect = vector(f, fl, Real.V), vector(f, fl, Real.DEFECT)
-    q, given, decided = vector(f, fl, Real.Q), vector(f, fl, Real.GIVEN), integers(w, wl, Whole.DECIDED)
-    q_next, period = vector(f, fl, Real.Q_NEXT), vector(f, fl, Real.SETTINGS)[Setting.PERIOD]
-    for j in range(q.shape[0]):
-        q_next[j] = q[j] + period * given[j]
-    for j in range(v.shape[0]):
-        q_next[decided[j]] = q[decided[j]] + period * v[j]
-    pose_next, frames = matrix(f, fl, Real.POSE_NEXT), integers(w, wl, Whole.OPTIONS)[Option.ROBOT_FRAMES]
-    forward_kinematics(
-        integers(w, wl, Whole.PARENT),
-        integers(w, wl, Whole.PRISMATIC),
-        matrix(f, fl, Real.PLACEMENT),
-        integers(w, wl, Whole.FRAME_JOINT),
-        matrix(f, fl, Real.FRAME_PLACEMENT),
-        q_next,
-        matrix(f, fl, Real.JOINT_POSE_NEXT),
-        pose_next,
-    )
-    move_frames(matrix(f, fl, Real.POSE), matrix(f, fl, Real.TWIST), frames, period, pose_next)
-    margin_next = vector(f, fl, Real.MARGIN_NEXT)
-    evaluate_margins(
-        integers(w, wl, Whole.ADDRESS),
-        integer_matrix(w, wl, Whole.FRAME),
-        matrix(f, fl, Real.GEOMETRY),
-        vector(f, fl, Real.SIDE),
-        vector(f, fl, Real.SAFE),
-        pose_next,
-        vector(f, fl, Real.DISTANCE_NEXT),
-        margin_next,
-        integers(w, wl, Whole.STATUS_NEXT),
-    )
-    slack, tolerance = vector(f, fl, Real.SLACK), vector(f, fl, Real.TOLERANCE)
-    row_defects(matrix(f, fl, Real.A), vector(f, fl, Real.DEMAND), slack, v, defect)
-    sampled_defects(vector(f, fl, Real.MARGIN), margin_next, vector(f, fl, Real.RATE), slack, period, defect)
-    rows = defect.shape[0]
-    bounds = bound_excess(v, vector(f, fl, Real.LOW), vector(f, fl, Real.HIGH), tolerance[rows:])
-    return max(bounds, worst_defect(defect, tolerance[:rows]))
-
-
-@compiled("void(float64[::1], int64[:,::1], float64[::1], int64)")
-def raise_demands(f: Array, fl: np.ndarray, v: Array, attempt: int) -> None:
-    """Put the measured defect on the right-hand side of each row that failed, above what the row has at v.
-
-    A row that is not active at v has room to spare, which the defect alone would not use up. A defect that shrinks
-    by the same factor from attempt to attempt (1, 2, ..) adds up to defect / (1 - factor) in the end, which is added
-    at once.
-    """
-    A, b, last = matrix(f, fl, Real.A), vector(f, fl, Real.B), vector(f, fl, Real.LAST_DEFECT)
-    defect, tolerance = vector(f, fl, Real.DEFECT), vector(f, fl, Real.TOLERANCE)
-    for i in range(b.shape[0]):
-        if defect[i] > tolerance[i]:
-            value, factor = 0.0, 0.0
-            for j in range(v.shape[0]):
-                value += A[i, j] * v[j]
-            if attempt > 1 and 2.0 * defect[i] < last[i]:
-                factor = defect[i] / last[i]
-            b[i] = max(b[i], value) + defect[i] / (1.0 - factor)
-        last[i] = defect[i]
-
-
-@compiled(f"int64({MEMORY})")
-def concede(f: Array, fl: np.ndarray, w: np.ndarray, wl: np.ndarray) -> int:
-    """Count as slack what a row falls short of that may yield; 1 when V passes verification with that.
-
-    Such a row has a demand > 0: standing still would not keep it either. It may lose as much as standing still would.
-    """
-    v, demand, slack = vector(f, fl, Real.V), vector(f, fl, Real.DEMAND), vector(f, fl, Real.SLACK)
-    defect, tolerance = vector(f, fl, Real.DEFECT), vector(f, fl, Real.TOLERANCE)
-    rows = defect.shape[0]
-    if not bound_excess(v, vector(f, fl, Real.LOW), vector(f, fl, Real.HIGH), tolerance[rows:]) <= 1.0:
-        return 0
-    for i in range(rows):
-        if not defect[i] <= tolerance[i] and not (demand[i] > 0.0 and slack[i] + defect[i] <= demand[i]):
-            return 0
-    for i in range(rows):
-        if defect[i] > tolerance[i]:
-            slack[i] += defect[i]
-            defect[i] = 0.0
-    return 1
-
-
-@compiled(f"int64({MEMORY})")
-def worst_row(f: Array, fl: np.ndarray, w: np.ndarray, wl: np.ndarray) -> int:
-    """Row with the largest defect in tolerances, -1 where every row is kept and a joint limit is what fails."""
-    defect, tolerance = vector(f, fl, Real.DEFECT), vector(f, fl, Real.TOLERANCE)
-    place, worst = -1, 1.0
-    for i in range(defect.shape[0]):
-        if not defect[i] / tolerance[i] <= worst:
-            place, worst = i, defect[i] / tolerance[i]
-    return place
-
-
-@compiled("void(float64[::1], int64[:,::1], float64[::1])")
-def note_shortfall(f: Array, fl: np.ndarray, v: Array) -> None:
-    """Write down by how much v falls short of its rows at most, per second."""
-    defect = vector(f, fl, Real.DEFECT)
-    row_defects(matrix(f, fl, Real.A), vector(f, fl, Real.DEMAND), vector(f, fl, Real.SLACK), v, defect)
-    worst = 0.0
-    for i in range(defect.shape[0]):
-        worst = max(worst, defect[i])
-    vector(f, fl, Real.SHORTFALL)[0] = worst
-
-
-@compiled(f"int64({MEMORY}, int64)")
-def judge(f: Array, fl: np.ndarray, w: np.ndarray, wl: np.ndarray, solver: int) -> int:
-    """Verify V and decide what becomes of it; returns 1 when the program, now raised, is to be solved again."""
-    outcome, v, candidate = integers(w, wl, Whole.OUTCOME), vector(f, fl, Real.V), vector(f, fl, Real.CANDIDATE)
-    options = integers(w, wl, Whole.OPTIONS)
-    guard = options[Option.GUARD]
-    found = solver == OPTIMAL and all_finite(v) == 1
-    if not found and outcome[Slot.RESOLVES] == 0:
-        reason = Reason.INFEASIBLE if outcome[Slot.INFEASIBLE] else Reason.SOLVER
-        conclude(f, fl, w, wl, State.HOLD, reason, -1)
-        return 0
-    if found and outcome[Slot.RESOLVES] == 0:
-        note_shortfall(f, fl, v)
-    if guard == Guard.OFF:
-        return 0
-    if found:
-        if violation(f, fl, w, wl) <= 1.0:
-            return 0
-        outcome[Slot.INTERVENED] = 1
-        if guard == Guard.WATCH:
-            return 0
-        candidate[:] = v
-        if outcome[Slot.RESOLVES] < RESOLVES + options[Option.SECOND_SOLVER] * (1 + RESOLVES):
-            outcome[Slot.RESOLVES] += 1
-            attempt = outcome[Slot.RESOLVES]
-            if attempt == RESOLVES + 1:
-                # The second solver begins with the program as it was: what the first one answered proves nothing.
-                b, demand, slack = vector(f, fl, Real.B), vector(f, fl, Real.DEMAND), vector(f, fl, Real.SLACK)
-                for i in range(b.shape[0]):
-                    b[i] = demand[i] - slack[i]
-            else:
-                raise_demands(f, fl, v, attempt if attempt <= RESOLVES else attempt - RESOLVES - 1)
-            return 1
-    v[:] = candidate
-    for halvings in range(HALVINGS + 1):
-        outcome[Slot.HALVINGS] = halvings
-        if violation(f, fl, w, wl) <= 1.0 or concede(f, fl, w, wl):
-            conclude(f, fl, w, wl, State.DEGRADED, Reason.HALVED if halvings else Reason.SLACK, -1)
-            return 0
-        v *= 0.5
-    conclude(f, fl, w, wl, State.HOLD, Reason.NOT_KEPT, worst_row(f, fl, w, wl))
-    return 0
 
 
 @compiled(f"void({MEMORY}, float64, float64[:,::1], int64)")

@@ -9,7 +9,7 @@ _TEXT = {
     Reason.SOLVER: "the solver found no answer that is finite",
     Reason.HALVED: "re-solving did not keep all margins for a period; the command was scaled down",
     Reason.ACCELERATION: "the acceleration limits yielded to position or velocity limits, or to a constraint",
-    Reason.SECOND_SOLVER: "the chosen solver found no answer; the active-set kernel did",
+    Reason.SECOND_SOLVER: "the chosen solver found no answer that is verified; the active-set kernel did",
 }
 
 

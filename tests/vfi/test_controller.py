@@ -412,6 +412,7 @@ def survives(c: Controller, command: Any) -> None:
         assert not command.qdot.any() and command.reason
 
 
+@pytest.mark.filterwarnings("ignore:.*:RuntimeWarning")  # of NumPy, where nothing is compiled
 @settings(max_examples=cases(600, 60), deadline=None, derandomize=True)
 @given(name=st.sampled_from(sorted(FUZZED)), t=junk, q=junk, qdot=junk, reference=junk, entities=entity_junk)
 @example("paper", 0.1, np.full(16, 1e300), STILL, REFERENCE(0.0), None)
@@ -423,6 +424,7 @@ def test_step_never_raises(name, t, q, qdot, reference, entities):
     survives(c, c.step(Measurement(t, q, qdot, entities=entities), reference))
 
 
+@pytest.mark.filterwarnings("ignore:.*:RuntimeWarning")  # of NumPy, where nothing is compiled
 @settings(max_examples=cases(300, 40), deadline=None, derandomize=True)
 @given(measurement=junk, reference=junk, rows=junk | st.builds(Rows, junk, junk, junk, junk))
 @example(good(), np.zeros(8), Rows(np.full((2, 8), 1e308), [0.1, 0.1]))
@@ -449,6 +451,7 @@ def test_objects_that_raise_whatever_is_done_with_them():
         refused(c, c.step(good(), np.zeros(8), rows))
 
 
+@pytest.mark.filterwarnings("ignore:.*:RuntimeWarning")  # of NumPy, where nothing is compiled
 def test_a_million_radians():
     """Finite, absurd, and survived: a joint at 1e300 is out of its range and is told to come back."""
     for huge in (1e6, 1e12, 1e300):

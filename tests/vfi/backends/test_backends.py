@@ -7,16 +7,16 @@ import numpy as np
 import pytest
 
 from primitives.constraint import ConstraintSet
-from primitives.errors import InputError, UnknownNameError
+from primitives.errors import InputError, SolverError, UnknownNameError
 from tests.vfi.arms import START, Array, Oracle, closed_loop, pair, paper_constraints, paper_reference
 from tests.vfi.qps import Problem, cases, objective, random_problem
 from tests.vfi.qps import solved as by_kernel
 from vfi.backends import Solver, solvers
 from vfi.controller import Controller
-from vfi.cycle import RESOLVES
 from vfi.messages import Measurement
 from vfi.outcome import Reason, State
 from vfi.qp import QP, SolverStatus
+from vfi.recovery import RESOLVES
 from vfi.tasks import PoseTask, VelocityTask
 
 PAIR = pair()
@@ -55,6 +55,7 @@ def test_more_than_the_kernel_was_tried():
     assert {"daqp", "quadprog"} <= set(quadratic())
 
 
+@pytest.mark.filterwarnings("ignore:OSQP exited")
 @pytest.mark.parametrize("name", quadratic())
 def test_agrees_with_the_kernel(name):
     """The same minimum on programs like those of a controller; where there is none, none is claimed."""
@@ -79,6 +80,22 @@ def test_agrees_with_the_kernel(name):
                 size = kernel.multiplier.max()
                 np.testing.assert_allclose(multiplier, kernel.multiplier, atol=1e-3 * (1.0 + size))
     assert refused > cases(10, 1) and found > cases(100, 10)
+
+
+@pytest.mark.parametrize("where", ["H", "g", "A", "b", "low", "high"])
+@pytest.mark.parametrize("name", quadratic())
+def test_nan_in_a_program_is_no_optimum(name, where):
+    """Nor a row or bound less: the answer is none, or an error, which the controller takes for none."""
+    qp = as_qp(random_problem(np.random.default_rng(2), 4, 5, frozenset({"free gradient"})))
+    qp.b[:] = -1.0
+    getattr(qp, where).flat[1] = np.nan
+    bind, v = solvers[name].bind, np.zeros(4)
+    assert bind is not None
+    try:
+        status = bind(qp).solve(v, np.zeros(13))
+    except SolverError:
+        return
+    assert status != SolverStatus.OPTIMAL
 
 
 # Solvers that are not to be trusted -----------------------------------------------------------------------------------
