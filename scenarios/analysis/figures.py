@@ -114,7 +114,7 @@ def tip_paths(traces: Sequence[Trace]) -> Figure:
         getattr(axes, f"set_{name}lim")(centre - 1.05 * half, centre + 1.05 * half)
         getattr(axes, f"set_{name}label")(f"{name} [mm]", labelpad=8)
         getattr(axes, f"{name}axis").set_major_locator(MaxNLocator(5))
-    axes.set_aspect("equal")
+    axes.set_box_aspect(tuple(room), zoom=0.88)
     axes.view_init(elev=18, azim=-50)
     _legend(figure, axes, traces)
     return figure
