@@ -133,11 +133,13 @@ def concede(f: Array, fl: np.ndarray, w: np.ndarray, wl: np.ndarray) -> int:
 
 @compiled(f"int64({MEMORY})")
 def worst_row(f: Array, fl: np.ndarray, w: np.ndarray, wl: np.ndarray) -> int:
-    """Row with the largest defect in tolerances, -1 where every row is kept and a joint limit is what fails."""
+    """Row with the largest defect in tolerances, the first NaN before all; -1 where a joint limit is what fails."""
     defect, tolerance = vector(f, fl, Real.DEFECT), vector(f, fl, Real.TOLERANCE)
     place, worst = -1, 1.0
     for i in range(defect.shape[0]):
-        if not defect[i] / tolerance[i] <= worst:
+        if np.isnan(defect[i]):
+            return i
+        if defect[i] / tolerance[i] > worst:
             place, worst = i, defect[i] / tolerance[i]
     return place
 

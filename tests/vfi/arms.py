@@ -13,7 +13,8 @@ from primitives.dh import DHRow
 from primitives.elements import Element, Line, Plane, Point, Segment
 from primitives.evaluate import Entity
 from primitives.robot import Robot
-from tests.primitives.pair_cases import CASES
+from primitives.vectors import PARALLEL
+from tests.primitives.pair_cases import CASES, sine
 from vfi.controller import Controller
 from vfi.messages import Command, Measurement
 
@@ -143,6 +144,25 @@ class Oracle:
 
     def margins(self, q: Array, entities: Mapping[str, Array] | None = None) -> Long:
         """(N, m) margins in extended precision."""
+        frames = self._all_frames(q, entities)
+        out = np.empty((len(frames["world"][1]), len(self.constraints)), dtype=np.longdouble)
+        for i, c in enumerate(self.constraints):
+            first, second = (self._world(e, frames) for e in (c.first, c.second))
+            distance = CASES[c.definition.name].distance(first, second)
+            distance = np.abs(distance) if c.definition.name == "line_line" else distance
+            out[:, i] = (1 if c.keep == "outside" else -1) * (distance - c.safe_distance)
+        return out
+
+    def near_parallel(self, q: Array, entities: Mapping[str, Array] | None = None) -> NDArray[np.bool_]:
+        """(N, m) where two infinite lines are in, or nearly in, their declared band: their distance jumps there."""
+        frames = self._all_frames(q, entities)
+        out = np.zeros((len(frames["world"][1]), len(self.constraints)), dtype=bool)
+        for i, c in enumerate(self.constraints):
+            if c.definition.name == "line_line":
+                out[:, i] = sine(*(self._world(e, frames) for e in (c.first, c.second))) < 1.001 * PARALLEL
+        return out
+
+    def _all_frames(self, q: Array, entities: Mapping[str, Array] | None) -> dict[str, tuple[Array, Array]]:
         q = np.atleast_2d(q)
         frames = self.frames(q)
         for name, poses in (entities or {}).items():
@@ -151,13 +171,7 @@ class Oracle:
                 np.array([dq.rotation_matrix(np.array(x)) for x in rows]),
                 np.array([dq.translation(np.array(x)) for x in rows]),
             )
-        out = np.empty((len(q), len(self.constraints)), dtype=np.longdouble)
-        for i, c in enumerate(self.constraints):
-            first, second = (self._world(e, frames) for e in (c.first, c.second))
-            distance = CASES[c.definition.name].distance(first, second)
-            distance = np.abs(distance) if c.definition.name == "line_line" else distance
-            out[:, i] = (1 if c.keep == "outside" else -1) * (distance - c.safe_distance)
-        return out
+        return frames
 
     @staticmethod
     def _world(element: Element, frames: Mapping[str, tuple[Array, Array]]) -> Array:
@@ -280,5 +294,5 @@ def random_constraints(
         if rng.random() < 0.5:
             out.append(Constraint(trial.name, first, second, "outside", d * (1.0 - share), name))
         else:
-            out.append(Constraint(trial.name, first, second, "inside", d + share * reach, name))
+            out.append(Constraint(trial.name, first, second, "inside", max(d + share * reach, 0.0), name))
     return ConstraintSet(out)

@@ -125,12 +125,15 @@ def column(c: Controller, name: str) -> Array:
 def shortfall(s: Scene, c: Controller, run: Run) -> Array:
     """(cycles, m) by how many tolerances each predicted margin falls short of what was asked, by the oracle.
 
-    Asked is margin + T (min(-eta margin, v_rec) - slack), the slack being what the controller recorded.
+    Asked is margin + T (min(-eta margin, v_rec) - slack), the slack being what the controller recorded. Infinite lines
+    in their band are left out: the band's distance is another one, and there they jump.
     """
     margins = s.margins(run.q, run).astype(np.longdouble)
     angular = np.array([k.definition.unit == "rad" for k in s.oracle.constraints])
     rate = np.minimum(-s.eta * margins[:-1], np.where(angular, 0.5, 0.05))
     short = rate - column(c, "slack") - (margins[1:] - margins[:-1]) / s.period
+    jumps = s.oracle.near_parallel(run.q, run.entities)
+    short[jumps[1:] | jumps[:-1]] = -np.inf
     return np.asarray(short / np.where(angular, 1e-5, 1e-6), dtype=float)
 
 
