@@ -1,4 +1,3 @@
-from .compiled import PAIR_SIGNATURE as PAIR_SIGNATURE
 from .constraint import Constraint as Constraint
 from .constraint import ConstraintSet as ConstraintSet
 from .dh import DHRow as DHRow
@@ -40,6 +39,7 @@ from .errors import (
 )
 from .evaluate import Entity as Entity
 from .evaluate import Evaluation as Evaluation
+from .intrinsics import PAIR_SIGNATURE as PAIR_SIGNATURE
 from .kinematics import Kinematics as Kinematics
 from .pair import Pair as Pair
 from .robot import Limits as Limits

@@ -1,4 +1,4 @@
-"""The one decorator that compiles, and the call through a table of addresses.
+"""The one decorator that compiles.
 
 numba's disk cache looks at the file of a function only: after an edit in a function that another file calls, the
 caller would be taken from the cache with the old formula inside. So nothing else in this project compiles. Here the
@@ -22,10 +22,8 @@ from typing import Any, TypeVar, cast
 
 import llvmlite
 import numba
-from numba.core import cgutils, types
 from numba.core import config as numba_config
 from numba.core.dispatcher import Dispatcher
-from numba.extending import intrinsic
 
 F = TypeVar("F", bound=Callable[..., Any])
 config: Any = numba_config
@@ -149,52 +147,3 @@ def compiled(signature: str) -> Callable[[F], F]:
             config.CACHE_DIR = before
 
     return decorate
-
-
-_VECTOR = types.Array(types.float64, 1, "C")
-_PAIR_ARGUMENTS = (_VECTOR, _VECTOR, _VECTOR)
-_PAIR_RESULT = types.Tuple((types.float64, types.int64))
-
-PAIR_SIGNATURE = "Tuple((float64, int64))(float64[::1], float64[::1], float64[::1])"
-"""Signature shared by the kernels of all pairs: (a, b, gradient) -> (distance, status)."""
-
-_by_address: dict[int, Callable[..., Any]] = {}
-
-
-def address_of(kernel: Callable[..., Any]) -> int:
-    """Address by which compiled loops call a pair's kernel; the dispatcher is kept alive for good.
-
-    Under NUMBA_DISABLE_JIT it is a number that `call_pair` looks the Python function up by.
-    """
-    if JIT_DISABLED:
-        address = id(kernel)
-    else:
-        result = cast(Any, kernel).overloads[_PAIR_ARGUMENTS]
-        address = int(result.library.get_pointer_to_function(result.fndesc.llvm_func_name))
-    _by_address[address] = kernel
-    return address
-
-
-if JIT_DISABLED:
-
-    def call_pair(address: int, a: Any, b: Any, gradient: Any) -> Any:
-        """Call the kernel that stands at an address."""
-        return _by_address[int(address)](a, b, gradient)
-
-else:
-
-    @intrinsic
-    def call_pair(typing_context: Any, address: Any, a: Any, b: Any, gradient: Any) -> Any:
-        """Call the kernel that stands at an address, in numba's own calling convention."""
-
-        def codegen(context: Any, builder: Any, signature: Any, arguments: Any) -> Any:
-            function_type = context.call_conv.get_function_type(_PAIR_RESULT, _PAIR_ARGUMENTS)
-            function = builder.inttoptr(arguments[0], function_type.as_pointer())
-            status, result = context.call_conv.call_function(
-                builder, function, _PAIR_RESULT, _PAIR_ARGUMENTS, arguments[1:]
-            )
-            with cgutils.if_unlikely(builder, status.is_error):
-                context.call_conv.return_status_propagate(builder, status)
-            return result
-
-        return _PAIR_RESULT(types.int64, *_PAIR_ARGUMENTS), codegen

@@ -33,21 +33,40 @@ def _scaled_product(factor: float, H: Array, J: Array) -> Array:
     return out
 
 
+@compiled("void(float64[::1], float64[:,::1], float64[:,::1])")
+def fill_pose_jacobian(x: Array, J: Array, out: Array) -> None:
+    """Fill out (8, n) with `pose_jacobian`.
+
+    x = r + eps (1/2) t r, hence dr/dt = (1/2) w r and dd/dt = (1/2) (dt/dt) r + (1/2) t dr/dt.
+    """
+    a, b, c, d = x[0], x[1], x[2], x[3]
+    # t = 2 d r*, the vector part of the product.
+    tx = 2.0 * (a * x[5] - b * x[4] + c * x[7] - d * x[6])
+    ty = 2.0 * (a * x[6] - c * x[4] + d * x[5] - b * x[7])
+    tz = 2.0 * (a * x[7] - d * x[4] + b * x[6] - c * x[5])
+    for j in range(J.shape[1]):
+        vx, vy, vz = 0.5 * J[0, j], 0.5 * J[1, j], 0.5 * J[2, j]
+        wx, wy, wz = 0.5 * J[3, j], 0.5 * J[4, j], 0.5 * J[5, j]
+        rw = -wx * b - wy * c - wz * d
+        rx = wx * a + wy * d - wz * c
+        ry = wy * a + wz * b - wx * d
+        rz = wz * a + wx * c - wy * b
+        out[0, j] = rw
+        out[1, j] = rx
+        out[2, j] = ry
+        out[3, j] = rz
+        out[4, j] = -vx * b - vy * c - vz * d - 0.5 * (tx * rx + ty * ry + tz * rz)
+        out[5, j] = vx * a + vy * d - vz * c + 0.5 * (tx * rw + ty * rz - tz * ry)
+        out[6, j] = vy * a + vz * b - vx * d + 0.5 * (ty * rw + tz * rx - tx * rz)
+        out[7, j] = vz * a + vx * c - vy * b + 0.5 * (tz * rw + tx * ry - ty * rx)
+
+
 @compiled("float64[:,::1](float64[::1], float64[:,::1])")
 def pose_jacobian(x: Array, J: Array) -> Array:
-    """Jacobian J_x of a pose, (8, n): vec8(dx/dt) = J_x dq/dt.
-
-    dx/dt = (1/2) xi x with the twist xi = w + eps (dt/dt + t x w), hence J_x = (1/2) H8-(x) J_xi.
-    """
-    t = translation(x)
-    n = J.shape[1]
-    twist = np.zeros((8, n))
-    for j in range(n):
-        for i in range(3):
-            k, m = (i + 1) % 3, (i + 2) % 3
-            twist[i + 1, j] = J[i + 3, j]
-            twist[i + 5, j] = J[i, j] + t[k] * J[m + 3, j] - t[m] * J[k + 3, j]
-    return _scaled_product(0.5, hamilton_minus_8(x), twist)
+    """Jacobian J_x of a pose, (8, n): vec8(dx/dt) = J_x dq/dt."""
+    out = np.empty((8, J.shape[1]))
+    fill_pose_jacobian(x, J, out)
+    return out
 
 
 @compiled("float64[:,::1](float64[:,::1])")

@@ -200,33 +200,51 @@ def rotation_matrix(x: Array) -> Array:
     return R
 
 
+@compiled("void(float64[:,::1], int64, float64[::1])")
+def from_pose(pose: Array, row: int, out: Array) -> None:
+    """Unit dual quaternion (8,), w >= 0, of pose[row] (12,): a rotation matrix row by row and a translation in metres.
+
+    Every row of 4 r r^T is r up to a factor. Shepperd's choice is the row with the largest diagonal, which keeps all
+    digits at every angle, pi included. The dual part is (1/2) t r.
+    """
+    trace = pose[row, 0] + pose[row, 4] + pose[row, 8]
+    best, largest = 0, 1.0 + trace
+    for i in range(3):
+        diagonal = 1.0 + 2.0 * pose[row, 4 * i] - trace
+        if diagonal > largest:
+            best, largest = i + 1, diagonal
+    out[best] = largest
+    if best == 0:
+        for i in range(3):
+            j, k = (i + 1) % 3, (i + 2) % 3
+            out[i + 1] = pose[row, 3 * k + j] - pose[row, 3 * j + k]
+    else:
+        i = best - 1
+        j, k = (i + 1) % 3, (i + 2) % 3
+        out[0] = pose[row, 3 * k + j] - pose[row, 3 * j + k]
+        out[j + 1] = pose[row, 3 * i + j] + pose[row, 3 * j + i]
+        out[k + 1] = pose[row, 3 * i + k] + pose[row, 3 * k + i]
+    length = np.sqrt(out[0] * out[0] + out[1] * out[1] + out[2] * out[2] + out[3] * out[3])
+    scale = np.copysign(1.0 / length, out[0])
+    a, b, c, d = out[0] * scale, out[1] * scale, out[2] * scale, out[3] * scale
+    x, y, z = 0.5 * pose[row, 9], 0.5 * pose[row, 10], 0.5 * pose[row, 11]
+    out[0], out[1], out[2], out[3] = a, b, c, d
+    out[4] = -x * b - y * c - z * d
+    out[5] = x * a + y * d - z * c
+    out[6] = y * a + z * b - x * d
+    out[7] = z * a + x * c - y * b
+
+
 @compiled("float64[::1](float64[:,::1], float64[::1])")
 def from_matrix(R: Array, t: Array) -> Array:
-    """Pose, (8,), of a rotation matrix R (3, 3) and a translation t (3,) in metres; its sign has w >= 0.
-
-    Every row of 4 r r^T is r up to a factor. Shepperd's choice is the row with the largest diagonal, which
-    keeps all digits at every angle, pi included.
-    """
-    trace = R[0, 0] + R[1, 1] + R[2, 2]
-    outer = np.empty((4, 4))
-    outer[0, 0] = 1.0 + trace
-    best = 0
+    """Pose, (8,), of a rotation matrix R (3, 3) and a translation t (3,) in metres; see `from_pose`."""
+    pose, out = np.empty((1, 12)), np.empty(8)
     for i in range(3):
-        j, k = (i + 1) % 3, (i + 2) % 3
-        outer[i + 1, i + 1] = 1.0 + 2.0 * R[i, i] - trace
-        outer[0, i + 1] = outer[i + 1, 0] = R[k, j] - R[j, k]
-        outer[j + 1, k + 1] = outer[k + 1, j + 1] = R[j, k] + R[k, j]
-        if outer[i + 1, i + 1] > outer[best, best]:
-            best = i + 1
-    r = np.empty(4)
-    length = 0.0
-    for i in range(4):
-        r[i] = outer[best, i]
-        length += r[i] * r[i]
-    scale = np.copysign(1.0 / np.sqrt(length), r[0])
-    for i in range(4):
-        r[i] *= scale
-    return from_rotation_translation(r, t)
+        pose[0, 9 + i] = t[i]
+        for j in range(3):
+            pose[0, 3 * i + j] = R[i, j]
+    from_pose(pose, 0, out)
+    return out
 
 
 @compiled("float64[::1](float64[::1])")
@@ -303,6 +321,15 @@ def sclerp(x0: Array, x1: Array, tau: float) -> Array:
     return product(x0, power(between, tau))
 
 
+@compiled("float64(float64[::1], float64[::1])")
+def sign_towards(x_d: Array, x: Array) -> float:
+    """1 or -1: the sign that `nearest_sign` gives x_d."""
+    total = 0.0
+    for i in range(8):
+        total += x[i] * x_d[i]
+    return 1.0 if total >= 0.0 else -1.0
+
+
 @compiled("float64[::1](float64[::1], float64[::1])")
 def nearest_sign(x_d: Array, x: Array) -> Array:
     """x_d or -x_d, (8,), whichever has <x, x_d> >= 0; x_d when it is 0.
@@ -311,10 +338,7 @@ def nearest_sign(x_d: Array, x: Array) -> Array:
     error x - x_d. It can differ from the sign of the rotations alone where these are nearly half a turn apart
     or translations are metres long.
     """
-    total = 0.0
+    sign, out = sign_towards(x_d, x), np.empty(8)
     for i in range(8):
-        total += x[i] * x_d[i]
-    out = np.empty(8)
-    for i in range(8):
-        out[i] = x_d[i] if total >= 0.0 else -x_d[i]
+        out[i] = sign * x_d[i]
     return out

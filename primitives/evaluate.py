@@ -13,9 +13,10 @@ from numpy.typing import ArrayLike
 from primitives import conversions
 from primitives import dual_quaternion as dq
 from primitives.checks import Array, array, known
-from primitives.compiled import call_pair, compiled
+from primitives.compiled import compiled
 from primitives.constraint import ConstraintSet
 from primitives.errors import InputError
+from primitives.intrinsics import call_pair, scratch
 from primitives.kinematics import snapshot
 from primitives.robot import Robot
 from primitives.table import tabulate, used_entities, used_frames
@@ -98,7 +99,7 @@ def evaluate_margins(
     status: np.ndarray,
 ) -> None:
     """Fill distance, margin and status (m,) from the poses of all frames (F, 12)."""
-    a, b, gradient = np.empty(8), np.empty(8), np.empty(12)
+    a, b, gradient = scratch(8), scratch(8), scratch(12)
     for i in range(address.shape[0]):
         to_world(pose, frame[i, 0], geometry, 2 * i, a)
         to_world(pose, frame[i, 1], geometry, 2 * i + 1, b)
@@ -133,13 +134,14 @@ def evaluate_rows(
     has a Jacobian and its twist is zero. velocity (n,) holds the velocities of the joints that are not decided.
     """
     n = velocity.shape[0]
-    a, b, gradient, covector = np.empty(8), np.empty(8), np.empty(12), np.empty(6)
+    a, b, gradient, covector = scratch(8), scratch(8), scratch(12), scratch(6)
     for i in range(address.shape[0]):
         to_world(pose, frame[i, 0], geometry, 2 * i, a)
         to_world(pose, frame[i, 1], geometry, 2 * i + 1, b)
         distance[i], status[i] = call_pair(address[i], a, b, gradient)
         margin[i] = side[i] * (distance[i] - safe[i])
-        row[i, :] = 0.0
+        for j in range(n):
+            row[i, j] = 0.0
         residual[i] = 0.0
         for part in range(2):
             f = frame[i, part]

@@ -98,7 +98,8 @@ def forward_kinematics(
     """Fill joint_pose (n, 12) and frame_pose (at least F, 12) for a configuration q (n,)."""
     for j in range(parent.shape[0]):
         if parent[j] < 0:
-            joint_pose[j, :] = placement[j, :]
+            for k in range(12):
+                joint_pose[j, k] = placement[j, k]
         else:
             compose(joint_pose, parent[j], placement, j, joint_pose, j)
         if prismatic[j]:
@@ -112,7 +113,8 @@ def forward_kinematics(
                 joint_pose[j, 3 * r + 1] = c * y - s * x
     for f in range(frame_joint.shape[0]):
         if frame_joint[f] < 0:
-            frame_pose[f, :] = frame_placement[f, :]
+            for k in range(12):
+                frame_pose[f, k] = frame_placement[f, k]
         else:
             compose(joint_pose, frame_joint[f], frame_placement, f, frame_pose, f)
 

@@ -1,8 +1,8 @@
 """The table of pairs."""
 
 from primitives import pairs as built_in
-from primitives.compiled import address_of
 from primitives.errors import InputError
+from primitives.intrinsics import address_of
 from primitives.pair import Pair
 from primitives.plugins import Registry
 

@@ -5,9 +5,9 @@ from typing import NamedTuple
 import numpy as np
 
 from primitives.checks import Array, known
-from primitives.compiled import address_of
 from primitives.constraint import SAFETY_CLASSES, ConstraintSet
 from primitives.elements import Element
+from primitives.intrinsics import address_of
 from primitives.kinematics import world_first
 
 

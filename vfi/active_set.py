@@ -66,20 +66,20 @@ def _inverse_factor(H: Array, work: Array) -> int:
             for k in range(j):
                 total -= work[n + i, k] * work[n + j, k]
             if i > j:
-                work[n + i, j] = total / work[n + j, j]
+                work[n + i, j] = total * work[j, j]
             elif total > 0.0:
                 work[n + i, i] = np.sqrt(total)
+                work[i, i] = 1.0 / work[n + i, i]
             else:
                 return NOT_CONVEX
     for i in range(n):
         for j in range(i):
             work[i, j] = 0.0
-        work[i, i] = 1.0 / work[n + i, i]
         for j in range(i + 1, n):
             total = 0.0
             for k in range(i, j):
                 total -= work[n + j, k] * work[i, k]
-            work[i, j] = total / work[n + j, j]
+            work[i, j] = total * work[j, j]
     return OPTIMAL
 
 
@@ -98,17 +98,22 @@ def _project(work: Array, n: int, normal: int, out: int) -> None:
 @compiled("void(float64[:,::1], int64, int64, int64)")
 def _append(work: Array, n: int, d: int, count: int) -> None:
     """Make work[d] = J^T a the column `count` of R: rotate the columns of J so that its tail becomes zero."""
+    y = work[d, n - 1]
+    square = y * y
     for j in range(n - 1, count, -1):
-        x, y = work[d, j - 1], work[d, j]
+        x = work[d, j - 1]
         if y == 0.0:
+            y, square = x, x * x
             continue
-        length = np.hypot(x, y)
-        c, s = x / length, y / length
-        work[d, j - 1] = length
+        square += x * x
+        length = np.sqrt(square)
+        inverse = 1.0 / length
+        c, s, y = x * inverse, y * inverse, length
         for i in range(n):
             p, q = work[i, j - 1], work[i, j]
             work[i, j - 1] = c * p + s * q
             work[i, j] = c * q - s * p
+    work[d, count] = y
     for i in range(count + 1):
         work[n + i, count] = work[d, i]
 
@@ -125,7 +130,7 @@ def _drop(work: Array, n: int, active: np.ndarray, mask: np.ndarray, u: int, pla
             work[n + i, j] = work[n + i, j + 1]
     for j in range(place, count - 1):
         x, y = work[n + j, j], work[n + j + 1, j]
-        length = np.hypot(x, y)
+        length = np.sqrt(x * x + y * y)
         if length == 0.0:
             continue
         c, s = x / length, y / length

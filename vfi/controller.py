@@ -13,20 +13,23 @@ from primitives.checks import Array, array, known, number
 from primitives.constraint import ConstraintSet
 from primitives.errors import InputError
 from primitives.evaluate import entity_arrays
+from primitives.memory import addresses
 from primitives.robot import Robot
 from vfi import cycle as compiled_cycle
 from vfi import recovery
 from vfi.backends import Backend, solvers
+from vfi.cycle import UNREAD
 from vfi.explain import explain
 from vfi.lowering import Settings, lower, one_or_each
 from vfi.memory import Real, Whole
-from vfi.messages import ByName, Command, Measurement, Rows
+from vfi.messages import Command, Layout, Measurement, Rows, new_command
 from vfi.outcome import Guard, Reason, Setting, Slot, State
 from vfi.qp import QP, SolverStatus
 from vfi.record import Head, columns, width
 from vfi.tasks import PoseTask, Task
 
 EXPIRY_PERIODS = 2.0
+_STATES = tuple(State)
 
 
 def _count(value: Any, what: str, low: int) -> int:
@@ -107,16 +110,21 @@ class Controller:
             lowered.memory.integer_layout,
         )
         real, whole = lowered.memory.real, lowered.memory.whole
-        self._q, self._qdot, self._reference = real[Real.Q], real[Real.QDOT], real[Real.REFERENCE]
-        self._v, self._margin, self._multiplier = real[Real.V], real[Real.MARGIN], real[Real.MULTIPLIER]
+        self._inputs = ("q", real[Real.Q]), ("qdot", real[Real.QDOT]), ("reference", real[Real.REFERENCE])
+        self._clock, self._v, self._multiplier = real[Real.CLOCK], real[Real.V], real[Real.MULTIPLIER]
         self._outcome: Any = whole[Whole.OUTCOME]
-        self._names = {name: i for i, name in enumerate(constraints.names)}
-        self._t = -np.inf
+        self._layout = Layout.of(self.columns, constraints.names)
+        self._records, self._length, self._cycle_us = list(self.ring), ring, self.ring[:, int(Head.CYCLE_US)]
+        self._expiry = EXPIRY_PERIODS * self.period
         self._first_entity = lowered.first_entity
         self._user_rows = user_rows
         self.qp = QP(*(real[b] for b in (Real.H, Real.G, Real.A, Real.B, Real.LOW, Real.HIGH, Real.TASK, Real.TARGET)))
         """The program of the last cycle, as views of the controller's memory."""
         self._backend: Backend | None = entry.bind(self.qp) if entry.bind else None
+        self._where = addresses(lowered.memory, self.ring)
+        self._read_and_cycle: Any = compiled_cycle.read_and_cycle
+        self._direct = self._backend is None and not self.entities and not user_rows
+        """Whether compiled code reads the inputs itself; not so once they came in a form that it cannot read."""
 
     def step(self, measurement: Measurement, reference: ArrayLike, rows: Rows | None = None) -> Command:
         """One cycle. Never raises and never commands a number that is not finite.
@@ -128,40 +136,40 @@ class Controller:
         rows : at most `user_rows` rows of the user's own.
         """
         start = perf_counter_ns()
-        try:
-            t = self._take_in(measurement, reference, rows)
-        except Exception as error:
-            return self._refuse(measurement, error)
-        row = self.cycles % len(self.ring)
-        if self._backend is None:
-            compiled_cycle.cycle(*self._arguments, t, self.ring, row)
-        else:
-            self._with_backend(self._backend, t, row)
+        row, state = self.cycles % self._length, UNREAD
+        if self._direct and rows is None:
+            try:
+                t = measurement.t
+                if type(t) is not float:
+                    t = number(t, "t")
+                state = self._read_and_cycle(self._where, t, measurement.q, measurement.qdot, reference, row)
+            except Exception:  # the way below says what is wrong, or can read it
+                state = UNREAD
+        if state == UNREAD:
+            try:
+                t = self._take_in(measurement, reference, rows)
+            except Exception as error:
+                return self._refuse(measurement, error)
+            state, self._direct = self._cycle(t, row), False
         self.cycles += 1
-        state = self._outcome[Slot.STATE]
-        command = Command(
-            self._v.copy(),
-            State.RUN if state == 0 else State(state),
-            "" if state == 0 else explain(self._memory, self.constraints.names, self.joints),
-            t + EXPIRY_PERIODS * self.period,
-            ByName(self._names, self._margin.copy()),
-            ByName(self._names, self._multiplier[: len(self._names)].copy()),
-        )
-        self.ring[row, Head.CYCLE_US] = (perf_counter_ns() - start) * 1e-3
+        reason = "" if state == 0 else explain(self._memory, self.constraints.names, self.joints)
+        command = new_command((self._records[row].copy(), self._layout, _STATES[state], reason, t + self._expiry))
+        self._cycle_us[row] = (perf_counter_ns() - start) * 1e-3
         return command
+
+    def _cycle(self, t: float, row: int) -> int:
+        """A cycle whose inputs are in the memory; returns the state."""
+        if self._backend is None:
+            return int(compiled_cycle.cycle(*self._arguments, t, self.ring, row))
+        self._with_backend(self._backend, t, row)
+        return int(self._outcome[Slot.STATE])
 
     def _take_in(self, measurement: Measurement, reference: ArrayLike, rows: Rows | None) -> float:
         """Copy the inputs to the cycle's memory and return the time; raises InputError where their form is wrong."""
-        t = measurement.t
-        if type(t) is not float:
-            t = number(t, "t")
-        if not self._t < t < np.inf:
-            raise InputError(f"t: expected a time after {self._t} s, got {t}")
-        for view, value, what in (
-            (self._q, measurement.q, "q"),
-            (self._qdot, measurement.qdot, "qdot"),
-            (self._reference, reference, "reference"),
-        ):
+        t = number(measurement.t, "t")
+        if not self._clock[0] < t:
+            raise InputError(f"t: expected a time after {self._clock[0]} s, got {t}")
+        for (what, view), value in zip(self._inputs, (measurement.q, measurement.qdot, reference), strict=True):
             if type(value) is np.ndarray and value.shape == view.shape and value.dtype == view.dtype:
                 view[:] = value
             else:
@@ -172,7 +180,7 @@ class Controller:
             self._memory.real[Real.TWIST][self._first_entity :] = twists
         if self._user_rows or rows is not None:
             self._take_rows(rows)
-        self._t = t
+        self._clock[0] = t
         return t
 
     def _take_rows(self, rows: Rows | None) -> None:
@@ -234,18 +242,10 @@ class Controller:
         self._outcome[Slot.STATE], self._outcome[Slot.REASON] = State.FAULT, Reason.MEASUREMENT
         self._outcome[Slot.WHERE] = -1
         self._v[:], self._multiplier[:], self._memory.real[Real.SLACK][:] = 0.0, 0.0, 0.0
-        row, t = self.cycles % len(self.ring), self._t
+        row, t = self.cycles % len(self.ring), float(self._clock[0])
         with suppress(Exception):
             t = number(measurement.t, "t")
         compiled_cycle.finish(*self._arguments, t, self.ring, row)
         self.cycles += 1
         reason = str(error) if isinstance(error, InputError) else f"{type(error).__name__}: {error}"
-        zeros = np.zeros(len(self._names))
-        return Command(
-            np.zeros(len(self.joints)),
-            State.FAULT,
-            reason,
-            t + EXPIRY_PERIODS * self.period,
-            ByName(self._names, self._margin.copy()),
-            ByName(self._names, zeros),
-        )
+        return Command(self.ring[row].copy(), self._layout, State.FAULT, reason, t + self._expiry)

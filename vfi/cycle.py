@@ -8,36 +8,43 @@ import numpy as np
 
 from primitives.checks import Array
 from primitives.compiled import compiled
+from primitives.dual_quaternion import from_pose
 from primitives.evaluate import evaluate_rows
+from primitives.intrinsics import floats_at, integers_at
 from primitives.kinematics import forward_kinematics, frame_jacobians
+from primitives.memory import MEMORY, cube, integer_matrix, integers, matrix, vector
+from primitives.vectors import copy
 from primitives.verification import all_finite
 from vfi.active_set import INFEASIBLE, OPTIMAL, solve
 from vfi.inequality import fill_rows
 from vfi.limits import fill_bounds
-from vfi.memory import MEMORY, Real, Whole, cube, integer_matrix, integers, matrix, vector
+from vfi.memory import Real, Whole
 from vfi.outcome import Option, Reason, Setting, Slot, State
 from vfi.record import write_record
 from vfi.recovery import conclude, judge
 from vfi.relaxation import relax
-from vfi.tasks import POSE, fill_cost, fill_pose_task, fill_velocity_task, pose_of_frame, unit_defect
+from vfi.tasks import POSE, fill_cost, fill_pose_task, fill_velocity_task, unit_defect
 
 VIOLATED = 1e-5
 """A margin below minus this, or a joint farther out of its range, is a violation that is said; metres or radians."""
 UNIT = 1e-6
 """How far a reference pose may be from a unit dual quaternion."""
+UNREAD = -1
+"""Instead of a state: the inputs have not the form that compiled code can read."""
 
 
 @compiled(f"int64({MEMORY})")
 def prepare(f: Array, fl: np.ndarray, w: np.ndarray, wl: np.ndarray) -> int:
     """From q, qdot, reference and entities to the program of this cycle. Returns the state, RUN or FAULT."""
     outcome, options = integers(w, wl, Whole.OUTCOME), integers(w, wl, Whole.OPTIONS)
-    outcome[:] = 0
+    for i in range(outcome.shape[0]):
+        outcome[i] = 0
     outcome[Slot.WHERE] = -1
     vector(f, fl, Real.SHORTFALL)[0] = 0.0
     q, reference = vector(f, fl, Real.Q), vector(f, fl, Real.REFERENCE)
     pose, twist, given = matrix(f, fl, Real.POSE), matrix(f, fl, Real.TWIST), vector(f, fl, Real.GIVEN)
     entities = options[Option.ROBOT_FRAMES]
-    given[:] = vector(f, fl, Real.QDOT)
+    copy(vector(f, fl, Real.QDOT), given)
     finite = all_finite(q) and all_finite(given) and all_finite(reference)
     finite = finite and all_finite(pose[entities:].reshape(-1)) and all_finite(twist.reshape(-1))
     if not finite:
@@ -79,9 +86,9 @@ def prepare(f: Array, fl: np.ndarray, w: np.ndarray, wl: np.ndarray) -> int:
     target = vector(f, fl, Real.TARGET)
     if options[Option.TASK] == POSE:
         tip, x = options[Option.TIP], vector(f, fl, Real.TIP)
-        pose_of_frame(pose, tip, x)
-        gain = settings[Setting.GAIN]
-        fill_pose_task(x, jacobian[tip], reference, weight, given, decided, gain, error, task, target)
+        from_pose(pose, tip, x)
+        gain, J = settings[Setting.GAIN], matrix(f, fl, Real.POSE_JACOBIAN)
+        fill_pose_task(x, jacobian[tip], reference, weight, given, decided, gain, J, error, task, target)
     else:
         fill_velocity_task(reference, weight, task, target)
     fill_cost(task, target, settings[Setting.DAMPING], matrix(f, fl, Real.H), vector(f, fl, Real.G))
@@ -96,7 +103,8 @@ def prepare(f: Array, fl: np.ndarray, w: np.ndarray, wl: np.ndarray) -> int:
         conclude(f, fl, w, wl, State.DEGRADED, Reason.ACCELERATION, -1)
 
     demand, slack, b = vector(f, fl, Real.DEMAND), vector(f, fl, Real.SLACK), vector(f, fl, Real.B)
-    slack[:] = 0.0
+    for i in range(slack.shape[0]):
+        slack[i] = 0.0
     without = fill_rows(
         margin,
         row,
@@ -115,7 +123,7 @@ def prepare(f: Array, fl: np.ndarray, w: np.ndarray, wl: np.ndarray) -> int:
     )
     if without >= 0:
         return conclude(f, fl, w, wl, State.FAULT, Reason.NO_ROW, without)
-    b[:] = demand
+    copy(demand, b)
     enforced = integers(w, wl, Whole.ENFORCED)
     for i in range(margin.shape[0]):
         if enforced[i] and margin[i] < -VIOLATED:
@@ -197,14 +205,40 @@ def optimise(f: Array, fl: np.ndarray, w: np.ndarray, wl: np.ndarray) -> int:
 @compiled(f"void({MEMORY}, float64, float64[:,::1], int64)")
 def finish(f: Array, fl: np.ndarray, w: np.ndarray, wl: np.ndarray, t: float, ring: Array, row: int) -> None:
     """Remember the command for the next cycle and write the record of this one."""
-    vector(f, fl, Real.LAST)[:] = vector(f, fl, Real.V)
+    copy(vector(f, fl, Real.V), vector(f, fl, Real.LAST))
     write_record(f, fl, w, wl, t, ring, row)
 
 
-@compiled(f"void({MEMORY}, float64, float64[:,::1], int64)")
-def cycle(f: Array, fl: np.ndarray, w: np.ndarray, wl: np.ndarray, t: float, ring: Array, row: int) -> None:
-    """One cycle with the active-set kernel: fills V, margins, multipliers, slacks, the outcome and ring[row]."""
+@compiled(f"int64({MEMORY}, float64, float64[:,::1], int64)")
+def cycle(f: Array, fl: np.ndarray, w: np.ndarray, wl: np.ndarray, t: float, ring: Array, row: int) -> int:
+    """One cycle with the active-set kernel: fills V, margins, multipliers, slacks, the outcome and ring[row].
+
+    Returns the state.
+    """
     if prepare(f, fl, w, wl) < State.HOLD:
         while judge(f, fl, w, wl, optimise(f, fl, w, wl)):
             pass
     finish(f, fl, w, wl, t, ring, row)
+    return int(integers(w, wl, Whole.OUTCOME)[Slot.STATE])
+
+
+@compiled("int64(int64[:,::1], float64, float64[::1], float64[::1], float64[::1], int64)")
+def read_and_cycle(where: np.ndarray, t: float, q: Array, qdot: Array, reference: Array, row: int) -> int:
+    """Copy the inputs to the memory, then one `cycle`; UNREAD where the time or a shape is not as it must be.
+
+    where is what `primitives.memory.addresses` gives.
+    """
+    f, fl = floats_at(where[0, 0], (where[0, 1],)), integers_at(where[1, 0], (where[1, 1], where[1, 2]))
+    w, wl = integers_at(where[2, 0], (where[2, 1],)), integers_at(where[3, 0], (where[3, 1], where[3, 2]))
+    ring = floats_at(where[4, 0], (where[4, 1], where[4, 2]))
+    clock, positions, velocities = vector(f, fl, Real.CLOCK), vector(f, fl, Real.Q), vector(f, fl, Real.QDOT)
+    wanted, n = vector(f, fl, Real.REFERENCE), q.shape[0]
+    if not clock[0] < t < np.inf or n != positions.shape[0] or n != qdot.shape[0]:
+        return UNREAD
+    if reference.shape[0] != wanted.shape[0]:
+        return UNREAD
+    copy(q, positions)
+    copy(qdot, velocities)
+    copy(reference, wanted)
+    clock[0] = t
+    return int(cycle(f, fl, w, wl, t, ring, row))

@@ -2,7 +2,8 @@
 
 import numpy as np
 
-from vfi.memory import Memory, Real, Whole
+from primitives.memory import Memory
+from vfi.memory import Real, Whole
 from vfi.outcome import Guard, Option, Reason, Slot
 
 _TEXT = {

@@ -11,11 +11,12 @@ from primitives.constraint import ConstraintSet
 from primitives.elements import WORLD, Element
 from primitives.errors import InactiveConstraintError, InputError
 from primitives.kinematics import FlatModel, world_first
+from primitives.memory import Memory
 from primitives.robot import Robot
 from primitives.table import tabulate, used_entities, used_frames
 from primitives.verification import TOLERANCE_ANGULAR, TOLERANCE_LINEAR
 from vfi.active_set import work_rows
-from vfi.memory import Memory, Real, Whole
+from vfi.memory import Real, Whole
 from vfi.outcome import Guard, Option, Setting, Slot
 from vfi.tasks import POSE, VELOCITY, PoseTask, Task
 
@@ -136,6 +137,7 @@ def lower(robot: Robot, constraints: ConstraintSet, task: Task, group: str, sett
     real[Real.LIMITS][:] = [limit[decided] for limit in robot.limits]
     real[Real.DEMAND][m:] = -np.inf
 
+    real[Real.CLOCK][0] = -np.inf
     chosen = real[Real.SETTINGS]
     chosen[Setting.PERIOD], chosen[Setting.LIMIT_GAIN] = period, limit_gain
     chosen[Setting.RECOVERY_LINEAR], chosen[Setting.RECOVERY_ANGULAR] = recovery
@@ -164,6 +166,7 @@ def _memory(n: int, d: int, m: int, rows: int, frames: int, robot_frames: int, t
         Real.ETA: (m,),
         Real.TOLERANCE: (rows + d,),
         Real.LIMITS: (4, d),
+        Real.CLOCK: (1,),
         Real.Q: (n,),
         Real.QDOT: (n,),
         Real.GIVEN: (n,),
@@ -183,6 +186,7 @@ def _memory(n: int, d: int, m: int, rows: int, frames: int, robot_frames: int, t
         Real.ERROR: (8,),
         Real.TASK: (task, d),
         Real.TARGET: (task,),
+        Real.POSE_JACOBIAN: (8, n),
         Real.H: (d, d),
         Real.G: (d,),
         Real.A: (rows, d),

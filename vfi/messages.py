@@ -1,7 +1,8 @@
 """What goes into a controller and what comes out of it, cycle by cycle."""
 
 from collections.abc import Iterator, Mapping
-from typing import Any, NamedTuple
+from functools import partial
+from typing import Any, NamedTuple, Self
 
 import numpy as np
 from numpy.typing import ArrayLike
@@ -76,22 +77,61 @@ class ByName(Mapping[str, float]):
         return f"ByName({dict(self)})"
 
 
+class Layout(NamedTuple):
+    """Where a command finds what it holds in the record of its cycle.
+
+    Attributes
+    ----------
+    qdot, margin, multiplier : columns of the record.
+    names : {constraint: its place among the margins and multipliers}.
+    """
+
+    qdot: slice
+    margin: slice
+    multiplier: slice
+    names: Mapping[str, int]
+
+    @classmethod
+    def of(cls, columns: Mapping[str, slice], names: tuple[str, ...]) -> Self:
+        """The layout of records with these columns, for these constraints."""
+        first = columns["multiplier"].start
+        places = {name: i for i, name in enumerate(names)}
+        return cls(columns["qdot"], columns["margin"], slice(first, first + len(names)), places)
+
+
 class Command(NamedTuple):
     """What a cycle commands.
 
     Attributes
     ----------
-    qdot : (d,) velocities of the decided joints, rad/s and m/s; always finite.
+    record : of the cycle, with the controller's `columns`; a copy that stays.
+    layout : where the record holds what the properties give.
     state : RUN, DEGRADED, HOLD or FAULT.
     reason : empty in RUN; otherwise what yielded or what is wrong, in words.
     expires : seconds; after this time the command must not be executed any more.
-    margins : of every constraint, metres or radians; those of the last usable cycle in FAULT.
-    multipliers : of every constraint, 0 where its row does not act.
     """
 
-    qdot: Array
+    record: Array
+    layout: Layout
     state: State
     reason: str
     expires: float
-    margins: ByName
-    multipliers: ByName
+
+    @property
+    def qdot(self) -> Array:
+        """(d,) velocities of the decided joints, rad/s and m/s; always finite."""
+        return self.record[self.layout.qdot]
+
+    @property
+    def margins(self) -> ByName:
+        """Of every constraint, metres or radians; those of the last usable cycle in FAULT."""
+        return ByName(self.layout.names, self.record[self.layout.margin])
+
+    @property
+    def multipliers(self) -> ByName:
+        """Of every constraint, 0 where its row does not act."""
+        return ByName(self.layout.names, self.record[self.layout.multiplier])
+
+
+new_command = partial(tuple.__new__, Command)
+"""A command from a tuple of its fields, in a third of the time that its constructor takes."""

@@ -6,7 +6,8 @@ import numpy as np
 
 from primitives.checks import Array
 from primitives.compiled import compiled
-from vfi.memory import MEMORY, Memory, Real, Whole, integers, vector
+from primitives.memory import MEMORY, Memory, integers, vector
+from vfi.memory import Real, Whole
 from vfi.outcome import Slot
 
 

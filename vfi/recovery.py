@@ -10,6 +10,7 @@ from primitives.checks import Array
 from primitives.compiled import compiled
 from primitives.evaluate import evaluate_margins
 from primitives.kinematics import forward_kinematics
+from primitives.memory import MEMORY, integer_matrix, integers, matrix, vector
 from primitives.verification import (
     all_finite,
     bound_excess,
@@ -19,7 +20,7 @@ from primitives.verification import (
     worst_defect,
 )
 from vfi.active_set import OPTIMAL
-from vfi.memory import MEMORY, Real, Whole, integer_matrix, integers, matrix, vector
+from vfi.memory import Real, Whole
 from vfi.outcome import Guard, Option, Reason, Setting, Slot, State
 
 RESOLVES = 3

@@ -8,7 +8,7 @@ from numpy.typing import ArrayLike
 from primitives import dual_quaternion as dq
 from primitives.checks import Array, array, number
 from primitives.compiled import compiled
-from primitives.dual_jacobians import pose_jacobian
+from primitives.dual_jacobians import fill_pose_jacobian
 from primitives.errors import InputError
 
 POSE = 0
@@ -75,20 +75,9 @@ def unit_defect(x: Array) -> float:
     return max(abs(square - 1.0), abs(mixed))
 
 
-@compiled("void(float64[:,::1], int64, float64[::1])")
-def pose_of_frame(pose: Array, frame: int, out: Array) -> None:
-    """Unit dual quaternion (8,) of one of the poses (F, 12)."""
-    R, t = np.empty((3, 3)), np.empty(3)
-    for i in range(3):
-        t[i] = pose[frame, 9 + i]
-        for j in range(3):
-            R[i, j] = pose[frame, 3 * i + j]
-    out[:] = dq.from_matrix(R, t)
-
-
 @compiled(
     "void(float64[::1], float64[:,::1], float64[::1], float64[::1], float64[::1], int64[::1], float64,"
-    "float64[::1], float64[:,::1], float64[::1])"
+    "float64[:,::1], float64[::1], float64[:,::1], float64[::1])"
 )
 def fill_pose_task(
     x: Array,
@@ -98,15 +87,19 @@ def fill_pose_task(
     given: Array,
     decided: np.ndarray,
     gain: float,
+    J: Array,
     error: Array,
     task: Array,
     target: Array,
 ) -> None:
-    """Task matrix (8, d) and target (8,) of |task v + target|: W J and W (gain x~ + J given); error is x~ itself."""
-    J = pose_jacobian(x, jacobian)
-    x_d = dq.nearest_sign(reference, x)
+    """Task matrix (8, d) and target (8,) of |task v + target|: W J and W (gain x~ + J given); error is x~ itself.
+
+    x, jacobian (6, n) and J (8, n) are the pose of the task's frame, its geometric and its dual quaternion Jacobian.
+    """
+    fill_pose_jacobian(x, jacobian, J)
+    sign = dq.sign_towards(reference, x)
     for i in range(8):
-        error[i] = x[i] - x_d[i]
+        error[i] = x[i] - sign * reference[i]
         target[i] = gain * error[i]
         for j in range(given.shape[0]):
             target[i] += J[i, j] * given[j]

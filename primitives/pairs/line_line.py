@@ -7,7 +7,8 @@ better described as segments.
 import numpy as np
 
 from primitives.checks import Array
-from primitives.compiled import PAIR_SIGNATURE, compiled
+from primitives.compiled import compiled
+from primitives.intrinsics import PAIR_SIGNATURE, scratch
 from primitives.pair import Pair
 from primitives.vectors import CONTACT, DEGENERATE, IN_BAND, OK, PARALLEL, cross, dot
 
@@ -19,7 +20,7 @@ def parallel_lines(a: Array, b: Array, gradient: Array) -> tuple[float, int]:
     The derivative with respect to a rotation depends on the origin of the world: in the limit the closest points are
     anywhere, and the moments place them at the foot of the origin.
     """
-    work = np.empty(24)
+    work = scratch(24)
     cross(a, 0, a, 3, work, 0)
     cross(b, 0, b, 3, work, 3)
     cross(a, 3, work, 3, work, 6)
@@ -57,7 +58,7 @@ def line_line(a: Array, b: Array, gradient: Array) -> tuple[float, int]:
     being parallel or anti-parallel, where (34)-(35) are used and IN_BAND is returned. Outside the band the derivative
     with respect to a rotation still grows like 1/angle.
     """
-    n = np.empty(9)
+    n = scratch(9)
     cross(a, 3, b, 3, n, 0)
     sine = np.sqrt(dot(n, 0, n, 0))
     if sine < PARALLEL:

@@ -3,7 +3,8 @@
 import numpy as np
 
 from primitives.checks import Array
-from primitives.compiled import PAIR_SIGNATURE, compiled
+from primitives.compiled import compiled
+from primitives.intrinsics import PAIR_SIGNATURE, scratch
 from primitives.pair import Pair
 from primitives.vectors import CONTACT, DEGENERATE, OK, cross, dot
 
@@ -14,7 +15,7 @@ def line_line_angle(a: Array, b: Array, gradient: Array) -> tuple[float, int]:
 
     Singular set: phi or pi - phi below CONTACT, gradient zero and DEGENERATE.
     """
-    n = np.empty(3)
+    n = scratch(3)
     cross(a, 3, b, 3, n, 0)
     sine = np.sqrt(dot(n, 0, n, 0))
     cosine = dot(a, 3, b, 3)

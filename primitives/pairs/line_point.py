@@ -1,7 +1,8 @@
 """Distance from an infinite line to a point, e.g. a shaft to its entry port; paper V, (21)-(22)."""
 
 from primitives.checks import Array
-from primitives.compiled import PAIR_SIGNATURE, compiled
+from primitives.compiled import compiled
+from primitives.intrinsics import PAIR_SIGNATURE
 from primitives.pair import Pair
 from primitives.vectors import between_points, foot
 

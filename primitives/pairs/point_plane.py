@@ -1,7 +1,8 @@
 """Signed distance from a point to a plane; paper V, (15)-(16)."""
 
 from primitives.checks import Array
-from primitives.compiled import PAIR_SIGNATURE, compiled
+from primitives.compiled import compiled
+from primitives.intrinsics import PAIR_SIGNATURE
 from primitives.pair import Pair
 from primitives.vectors import OK
 

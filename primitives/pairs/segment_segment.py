@@ -4,10 +4,9 @@ Closest points as in V. J. Lumelsky, "On fast computation of distance between li
 infinite lines, clamped to the first segment, projected to the second, clamped, and projected back.
 """
 
-import numpy as np
-
 from primitives.checks import Array
-from primitives.compiled import PAIR_SIGNATURE, compiled
+from primitives.compiled import compiled
+from primitives.intrinsics import PAIR_SIGNATURE, scratch
 from primitives.pair import Pair
 from primitives.vectors import between_points, cross, dot
 
@@ -26,7 +25,7 @@ def segment_segment(a: Array, b: Array, gradient: Array) -> tuple[float, int]:
     directions moves the closest one by d/sine^2 times as much, and the gradient is that of one of them (the middle of
     the overlap when they are exactly parallel): a generalised gradient. It jumps where the closest pair does.
     """
-    n = np.empty(9)
+    n = scratch(9)
     cross(a, 3, b, 3, n, 0)
     square = dot(n, 0, n, 0)
     for i in range(3):

@@ -57,7 +57,15 @@ def table(result):
             line = f"{what + ' ' + size:<26}{off['median']:>12.1f}{off['p99']:>9.1f}"
             line += f"{act['median']:>14.1f}{act['p99']:>9.1f}{act['active']:>13.2f}{act['resolves']:>11.3f}"
             lines.append(line)
-    lines += ["", "our step, us: " + ", ".join(f"{k} {v}" for k, v in result["parts_us"].items())]
+    made = result["parts"]
+    lines += ["", f"{'our step':<40}{'us':>8}{'operations':>12}{'1e9/s':>8}{'of what is possible':>21}"]
+    for name, part in made["parts"].items():
+        rate = part["flops"] / part["us"] * 1e-3
+        line = f"{name:<40}{part['us']:>8.2f}"
+        lines.append(
+            line + (f"{part['flops']:>12}{rate:>8.2f}{rate * 1e9 / made['peak_flops']:>21.1%}" if rate else "")
+        )
+    lines.append(f"{'step, guard off, so without verification':<40}{made['step_us']:>8.2f}")
     lines += ["", "in the loop: " + ", ".join(f"{k} {v}" for k, v in result["steadiness"].items())]
     return "\n".join(lines)
 

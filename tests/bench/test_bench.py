@@ -60,7 +60,7 @@ def result(field):
         "missing": missing,
         "contenders": by_name,
         "growth": grown,
-        "parts_us": parts(),
+        "parts": parts(),
         "guard_resolved_share": resolved,
         "steadiness": steady,
     }

@@ -13,10 +13,11 @@ import numpy as np
 import pytest
 
 from primitives import compiled as module
-from primitives.compiled import PAIR_SIGNATURE, address_of, compiled
+from primitives.compiled import compiled
 from primitives.constraint import Constraint, ConstraintSet
 from primitives.elements import Element, Line, Plane, Point, Segment
 from primitives.evaluate import evaluate, evaluate_margins
+from primitives.intrinsics import PAIR_SIGNATURE, address_of
 from primitives.registry import pairs
 from tests.primitives.arms import ARMS
 
@@ -74,7 +75,16 @@ class Project:
         self.root, self.cache = root, root / "cache"
         (root / "primitives" / "pairs").mkdir(parents=True)
         self.write("primitives/__init__.py", "")
-        for name in ("checks", "compiled", "errors", "pair", "vectors", "pairs/__init__", "pairs/point_point"):
+        for name in (
+            "checks",
+            "compiled",
+            "intrinsics",
+            "errors",
+            "pair",
+            "vectors",
+            "pairs/__init__",
+            "pairs/point_point",
+        ):
             shutil.copy(ROOT / "primitives" / f"{name}.py", root / "primitives" / f"{name}.py")
         for inner in ("own/inner", "far", "primitives/pairs/extra", "helper"):
             self.write(f"{inner}.py", INNER.format(2.0))

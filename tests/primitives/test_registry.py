@@ -10,11 +10,12 @@ import numpy as np
 import pytest
 
 from primitives.checks import Array
-from primitives.compiled import JIT_DISABLED, PAIR_SIGNATURE, compiled
+from primitives.compiled import JIT_DISABLED, compiled
 from primitives.constraint import Constraint, ConstraintSet
 from primitives.elements import Line, Point
 from primitives.errors import InputError, UnknownNameError
 from primitives.evaluate import evaluate
+from primitives.intrinsics import PAIR_SIGNATURE
 from primitives.pair import Pair
 from primitives.plugins import Registry
 from primitives.registry import pairs

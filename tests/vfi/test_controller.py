@@ -18,6 +18,7 @@ from tests.vfi.qps import cases
 from vfi.controller import Controller
 from vfi.messages import Command, Measurement, Rows
 from vfi.outcome import Reason, Slot, State
+from vfi.record import Head
 from vfi.tasks import PoseTask, VelocityTask
 
 PAIR, SEVEN = pair(), seven()
@@ -283,6 +284,37 @@ def test_time_may_be_any_real_number():
     for t in (1, np.float32(2.0), np.int64(3), np.float64(4.0), 5.0):
         command = c.step(Measurement(t, START, STILL), np.zeros(8))
         assert command.state == State.RUN and command.expires == pytest.approx(float(t) + 2 * T)
+
+
+def _read_only(x):
+    x = x.copy()
+    x.setflags(write=False)
+    return x
+
+
+def _strided(x):
+    return np.column_stack([x, -x])[:, 0]
+
+
+@pytest.mark.parametrize("form", [list, _read_only, _strided, lambda x: x[None][0].astype(object)])
+def test_the_form_of_the_inputs_changes_nothing(form):
+    """Compiled code reads contiguous arrays itself; whatever else comes is read another way, to the same commands."""
+    direct, other = paper(), paper()
+    for k in range(1, 4):
+        x, wanted = START + 1e-4 * k, REFERENCE(0.1 * k)
+        a = direct.step(Measurement(k * T, x, STILL), wanted)
+        b = other.step(Measurement(k * T, form(x), form(STILL)), form(wanted))
+        assert a.state == b.state == State.RUN and a.expires == b.expires
+        np.testing.assert_array_equal(np.delete(a.record, Head.CYCLE_US), np.delete(b.record, Head.CYCLE_US))
+    assert direct._direct and not other._direct
+
+
+def test_what_cannot_be_read_does_not_slow_down_what_can():
+    """A refused measurement leaves the direct way open."""
+    c = paper()
+    for t, q in ((T, START), (T, START), (2 * T, START[:-1]), (np.nan, START), (3 * T, START)):
+        c.step(Measurement(t, q, STILL), REFERENCE(0.0))
+    assert c._direct
 
 
 def test_inputs_are_not_kept():

@@ -4,9 +4,10 @@ import numpy as np
 import pytest
 
 from primitives.constraint import ConstraintSet
+from primitives.memory import Memory, cube, integer_matrix, integers, matrix, vector
 from tests.vfi.arms import pair, paper_constraints
 from vfi.controller import Controller
-from vfi.memory import Memory, Real, Whole, cube, integer_matrix, integers, matrix, vector
+from vfi.memory import Real, Whole
 from vfi.record import columns, width
 from vfi.tasks import PoseTask, VelocityTask
 
