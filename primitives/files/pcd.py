@@ -26,7 +26,8 @@ class _Header(NamedTuple):
     @property
     def record(self) -> np.dtype[np.void]:
         """One point, its fields called f0, f1 ..."""
-        return np.dtype([(f"f{i}", t, c) for i, (t, c) in enumerate(zip(self.types, self.counts, strict=True))])
+        shapes = [(c,) if c > 1 else () for c in self.counts]
+        return np.dtype([(f"f{i}", t, s) for i, (t, s) in enumerate(zip(self.types, shapes, strict=True))])
 
 
 def read_pcd(raw: Raw) -> Array:
