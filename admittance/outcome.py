@@ -1,6 +1,6 @@
 """What can come of a cycle: states, reasons, what limited the motion, and where the compiled cycle writes it down."""
 
-from enum import IntEnum, IntFlag
+from enum import IntEnum
 
 
 class State(IntEnum):
@@ -46,8 +46,8 @@ class Reason(IntEnum):
     """The motion came out as a number that is not finite; it was not carried out."""
 
 
-class Limited(IntFlag):
-    """What limited the motion of a cycle; several may have."""
+class Limited(IntEnum):
+    """What limited the motion of a cycle: bits, as several may have."""
 
     NONE = 0
     VELOCITY = 1
@@ -113,6 +113,8 @@ class Option(IntEnum):
     IMPLICIT_STIFFNESS = 3
     STARTED = 4
     """1 when the rates of the printed form have a cycle before them."""
+    EVALUATED = 5
+    """Reason why the present configuration allows no motion, 0 where it does."""
 
 
 class Form(IntEnum):
