@@ -8,9 +8,9 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from admittance import cycle as compiled_cycle
+from admittance.energy import open_books
 from admittance.lowering import FORMS, INTEGRATORS, Settings, lower
 from admittance.memory import Real, Whole
-from admittance.energy import open_books
 from admittance.messages import WORDS, Motion, Proposal
 from admittance.model import evaluate, settle
 from admittance.nullspace import first_null_basis
@@ -135,7 +135,9 @@ class Admittance:
         if offset > 5e-3:
             raise InputError(f"start: the shaft passes the port at {offset * 1e3:.3g} mm, expected at most 5 mm")
         if condition > limit:
-            raise InputError(f"start: the shaft's Jacobian has the condition {condition:.4g}, expected at most {limit:g}")
+            raise InputError(
+                f"start: the shaft's Jacobian has the condition {condition:.4g}, expected at most {limit:g}"
+            )
 
     def _depth(self) -> str:
         """Where the tool is inside a region, in words."""
@@ -157,7 +159,7 @@ class Admittance:
         if problem is not None:
             compiled_cycle.refuse(*self._memory.arguments, *problem, self.ring, row)
         else:
-            compiled_cycle.cycle(*self._memory.arguments, *self._points, self._t, self.ring, row)
+            compiled_cycle.cycle(*self._memory.arguments, *self._points, 0, self._t, self.ring, row)
         self._open = False
         return self._finish(row, begun)
 
@@ -199,7 +201,7 @@ class Admittance:
             if not self._open:
                 raise InputError("accept: there is no proposal")
             self._real[Real.V_NEXT][:] = array(v, self._real[Real.V].shape, "free velocity")
-            compiled_cycle.carry_out(*self._memory.arguments, *self._points, self._t, self.ring, row)
+            compiled_cycle.cycle(*self._memory.arguments, *self._points, 1, self._t, self.ring, row)
         except Exception:
             compiled_cycle.refuse(*self._memory.arguments, int(Reason.INPUT), self._finite_t, self.ring, row)
         self._open = False
@@ -294,4 +296,3 @@ class Admittance:
         book[Book.STORAGE] += potential - book[Book.POTENTIAL]
         book[Book.POTENTIAL] = potential
         self._options[Option.EVALUATED] = blocked
-

@@ -1,16 +1,17 @@
 """The compiled cycle: check the wrench, move for one period, keep the books, write the record; one call.
 
-`begin`, `reference` and `conclude` are also called one by one, where something else decides on the velocity in between.
+Where something else decides on the velocity, `begin_reference` is the first half of it.
 """
 
 import numpy as np
 
 from admittance.energy import close_books
-from admittance.integrators import accept, integrate, reference
+from admittance.integrators import advance
 from admittance.memory import CLOUDS, MEMORY, Real, Whole, integers, vector
-from admittance.model import apply_hand, settle
+from admittance.model import apply_hand, evaluate, settle
 from admittance.outcome import Book, Limited, Option, Reason, Setting, Slot, State
 from admittance.record import write_record
+from admittance.steps import DONE, KEEP, START, accept, keep, reference
 from primitives.checks import Array
 from primitives.compiled import compiled
 from primitives.verification import all_finite
@@ -49,7 +50,7 @@ def begin(f: Array, fl: np.ndarray, w: np.ndarray, wl: np.ndarray) -> int:
     if options[Option.EVALUATED]:
         judge(f, fl, w, wl, State.HOLD, options[Option.EVALUATED])
     apply_hand(f, fl, w, wl)
-    return outcome[Slot.STATE]
+    return int(outcome[Slot.STATE])
 
 
 @compiled(f"void({MEMORY})")
@@ -70,23 +71,22 @@ def conclude(
     """After the motion, or none: the state it leaves, the books and the record. blocked: the `Reason` at the new q."""
     outcome, options = integers(w, wl, Whole.OUTCOME), integers(w, wl, Whole.OPTIONS)
     limited = outcome[Slot.LIMITED]
-    # A step to numbers that are not finite was taken back, so that the arm stands where it may move from.
-    options[Option.EVALUATED] = 0 if blocked == Reason.NOT_FINITE else blocked
+    options[Option.EVALUATED] = blocked
     if blocked:
         judge(f, fl, w, wl, State.HOLD, blocked)
         if blocked == Reason.INSIDE:
             outcome[Slot.WHERE] = outcome[Slot.POINT]
-    if blocked != Reason.SINGULAR and blocked != Reason.NOT_FINITE:
+    if blocked != Reason.SINGULAR:
         settle(f, fl, w, wl)
-    if limited & int(Limited.SUBSTEPS):
+    if limited & Limited.SUBSTEPS:
         judge(f, fl, w, wl, State.DEGRADED, Reason.SUBSTEPS)
-    if limited & int(Limited.CONDITION):
+    if limited & Limited.CONDITION:
         judge(f, fl, w, wl, State.DEGRADED, Reason.CONDITION)
-    if limited & int(Limited.POSITION):
+    if limited & Limited.POSITION:
         judge(f, fl, w, wl, State.DEGRADED, Reason.POSITION)
-    if limited & int(Limited.VELOCITY):
+    if limited & Limited.VELOCITY:
         judge(f, fl, w, wl, State.DEGRADED, Reason.VELOCITY)
-    if limited & int(Limited.OFFSET):
+    if limited & Limited.OFFSET:
         judge(f, fl, w, wl, State.DEGRADED, Reason.OFFSET)
     close_books(f, fl, w, wl, vector(f, fl, Real.SETTINGS)[Setting.PERIOD])
     write_record(f, fl, w, wl, t, ring, row)
@@ -104,10 +104,15 @@ def refuse(
     conclude(f, fl, w, wl, integers(w, wl, Whole.OPTIONS)[Option.EVALUATED], t, ring, row)
 
 
-_WHOLE = f"{MEMORY}, {CLOUDS}, float64, float64[:,::1], int64"
+@compiled(f"int64({MEMORY})")
+def begin_reference(f: Array, fl: np.ndarray, w: np.ndarray, wl: np.ndarray) -> int:
+    """The first half of a cycle whose velocity something else decides on; returns the state, RUN where it may move."""
+    if begin(f, fl, w, wl) == State.RUN and not reference(f, fl, w, wl):
+        judge(f, fl, w, wl, State.HOLD, Reason.SINGULAR)
+    return int(integers(w, wl, Whole.OUTCOME)[Slot.STATE])
 
 
-@compiled(f"void({_WHOLE})")
+@compiled(f"void({MEMORY}, {CLOUDS}, int64, float64, float64[:,::1], int64)")
 def cycle(
     f: Array,
     fl: np.ndarray,
@@ -120,54 +125,34 @@ def cycle(
     place: Array,
     distance: Array,
     near: Array,
+    given: int,
     t: float,
     ring: Array,
     row: int,
 ) -> None:
-    """One cycle of the plain method: from the wrench to the next configuration, its books and ring[row]."""
-    q, before, decided = vector(f, fl, Real.Q), vector(f, fl, Real.Q_LAST), integers(w, wl, Whole.DECIDED)
+    """One cycle: from the wrench to the next configuration, its books and ring[row].
+
+    given = 0 is the plain method; with given = 1 the cycle was begun by `begin_reference`, and V_NEXT, as something
+    else decided on it, moves the arm and becomes the state.
+    """
+    q, before, outcome = vector(f, fl, Real.Q), vector(f, fl, Real.Q_LAST), integers(w, wl, Whole.OUTCOME)
     blocked = integers(w, wl, Whole.OPTIONS)[Option.EVALUATED]
     before[:] = q
-    if begin(f, fl, w, wl) == State.RUN:
-        blocked = integrate(f, fl, w, wl, points, order, start, index, place, distance, near)
-        qdot, period = vector(f, fl, Real.QDOT), vector(f, fl, Real.SETTINGS)[Setting.PERIOD]
+    if not given:
+        begin(f, fl, w, wl)
+    if outcome[Slot.STATE] == State.RUN:
+        outcome[Slot.SUBSTEPS] = 1
+        phase = accept(f, fl, w, wl) if given else advance(f, fl, w, wl, near, START, 0)
+        while phase != DONE:
+            trial = vector(f, fl, Real.Q_TRIAL)
+            blocked = evaluate(f, fl, w, wl, points, order, start, index, place, distance, near, trial)
+            # What was accepted is kept as it is, whichever integrator the plain method has.
+            phase = (
+                keep(f, fl, w, wl, blocked) if given and phase == KEEP else advance(f, fl, w, wl, near, phase, blocked)
+            )
+        qdot, decided = vector(f, fl, Real.QDOT), integers(w, wl, Whole.DECIDED)
         for j in range(decided.shape[0]):
-            qdot[j] = (q[decided[j]] - before[decided[j]]) / period
-    else:
-        rest(f, fl, w, wl)
-    conclude(f, fl, w, wl, blocked, t, ring, row)
-
-
-@compiled(f"int64({MEMORY})")
-def begin_reference(f: Array, fl: np.ndarray, w: np.ndarray, wl: np.ndarray) -> int:
-    """The first half of a cycle whose velocity something else decides on; returns the state, RUN where it may move."""
-    if begin(f, fl, w, wl) == State.RUN and not reference(f, fl, w, wl):
-        judge(f, fl, w, wl, State.HOLD, Reason.SINGULAR)
-    return integers(w, wl, Whole.OUTCOME)[Slot.STATE]
-
-
-@compiled(f"void({_WHOLE})")
-def carry_out(
-    f: Array,
-    fl: np.ndarray,
-    w: np.ndarray,
-    wl: np.ndarray,
-    points: Array,
-    order: np.ndarray,
-    start: np.ndarray,
-    index: np.ndarray,
-    place: Array,
-    distance: Array,
-    near: Array,
-    t: float,
-    ring: Array,
-    row: int,
-) -> None:
-    """The second half: V_NEXT, as it was decided on, moves the arm and becomes the state."""
-    blocked = integers(w, wl, Whole.OPTIONS)[Option.EVALUATED]
-    if integers(w, wl, Whole.OUTCOME)[Slot.STATE] == State.RUN:
-        integers(w, wl, Whole.OUTCOME)[Slot.SUBSTEPS] = 1
-        blocked = accept(f, fl, w, wl, points, order, start, index, place, distance, near)
+            qdot[j] = (q[decided[j]] - before[decided[j]]) / vector(f, fl, Real.SETTINGS)[Setting.PERIOD]
     else:
         rest(f, fl, w, wl)
     conclude(f, fl, w, wl, blocked, t, ring, row)

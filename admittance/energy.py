@@ -35,6 +35,15 @@ def kinetic_energy(M: Array, v: Array) -> float:
     return value
 
 
+@compiled(f"void({MEMORY}, float64, float64[::1])")
+def book_forces(f: Array, fl: np.ndarray, w: np.ndarray, wl: np.ndarray, h: float, v: Array) -> None:
+    """Enter the work of hand and repulsion over h seconds of the free velocity v (m,)."""
+    book, hand, F_rx = vector(f, fl, Real.LEDGER), vector(f, fl, Real.F_HAND), vector(f, fl, Real.F_RX)
+    for i in range(4):
+        book[Book.HAND] += h * hand[i] * v[i]
+        book[Book.BARRIER] += h * F_rx[i] * v[i]
+
+
 @compiled(f"void({MEMORY}, float64, int64)")
 def book_step(f: Array, fl: np.ndarray, w: np.ndarray, wl: np.ndarray, h: float, damping: int) -> None:
     """Enter a semi-implicit step of h seconds from V by V_REF to V_NEXT, before anything is evaluated anew.
@@ -42,7 +51,12 @@ def book_step(f: Array, fl: np.ndarray, w: np.ndarray, wl: np.ndarray, h: float,
     `limited` is v+^T X (v+ - v_ref). With implicit stiffness (which METRIC then holds) h^2 v+^T K v+ is numerical too.
     """
     book, D, M = vector(f, fl, Real.LEDGER), vector(f, fl, Real.D), vector(f, fl, Real.INERTIA)
-    v, v_ref, new, X = vector(f, fl, Real.V), vector(f, fl, Real.V_REF), vector(f, fl, Real.V_NEXT), matrix(f, fl, Real.METRIC)
+    v, v_ref, new, X = (
+        vector(f, fl, Real.V),
+        vector(f, fl, Real.V_REF),
+        vector(f, fl, Real.V_NEXT),
+        matrix(f, fl, Real.METRIC),
+    )
     for i in range(v.shape[0]):
         book[Book.DISSIPATED] += h * D[i] * new[i] * new[i]
         book[Book.POWER] += h * D[i] * new[i] * new[i]
@@ -75,13 +89,12 @@ def book_explicit(f: Array, fl: np.ndarray, w: np.ndarray, wl: np.ndarray, h: fl
     book_forces(f, fl, w, wl, h, c)
 
 
-@compiled(f"void({MEMORY}, float64, float64[::1])")
-def book_forces(f: Array, fl: np.ndarray, w: np.ndarray, wl: np.ndarray, h: float, v: Array) -> None:
-    """Enter the work of hand and repulsion over h seconds of the free velocity v (m,)."""
-    book, hand, F_rx = vector(f, fl, Real.LEDGER), vector(f, fl, Real.F_HAND), vector(f, fl, Real.F_RX)
-    for i in range(4):
-        book[Book.HAND] += h * hand[i] * v[i]
-        book[Book.BARRIER] += h * F_rx[i] * v[i]
+@compiled("float64(float64[::1])")
+def sum_of_kinetic_terms(book: Array) -> float:
+    """All entries that change the kinetic energy: hand, repulsion, dissipated, limited, numerical."""
+    return float(
+        book[Book.HAND] + book[Book.BARRIER] - book[Book.DISSIPATED] + book[Book.LIMITED] + book[Book.NUMERICAL]
+    )
 
 
 @compiled(f"void({MEMORY}, float64, float64)")
@@ -89,18 +102,6 @@ def book_remainder(f: Array, fl: np.ndarray, w: np.ndarray, wl: np.ndarray, kine
     """Enter as numerical what of a change of kinetic energy the forces entered since do not account for."""
     book = vector(f, fl, Real.LEDGER)
     book[Book.NUMERICAL] += kinetic - (sum_of_kinetic_terms(book) - entered)
-
-
-@compiled("float64(float64[::1])")
-def sum_of_kinetic_terms(book: Array) -> float:
-    """All entries that change the kinetic energy: hand, repulsion, dissipated, limited, numerical."""
-    return float(
-        book[Book.HAND]
-        + book[Book.BARRIER]
-        - book[Book.DISSIPATED]
-        + book[Book.LIMITED]
-        + book[Book.NUMERICAL]
-    )
 
 
 @compiled("float64(float64[::1], float64[::1], float64[::1])")

@@ -231,6 +231,8 @@ def _shapes(n: int, d: int, R: int) -> tuple[dict[Real, tuple[int, ...]], dict[W
         Real.PORT_RATE: (2,),
         Real.STAGE: (6, d),
         Real.LEDGER: (len(Book),),
+        Real.LEDGER_LAST: (len(Book),),
+        Real.PROGRESS: (3,),
     }
     whole: dict[Whole, tuple[int, ...]] = {
         Whole.PARENT: (n,),

@@ -27,7 +27,7 @@ class _FromZero(IntEnum):
 
 
 class Real(_FromZero):
-    """Blocks of floats. n joints, d of them decided, m = d - 2 free coordinates, R regions; frames world, shaft, handle."""
+    """Blocks of floats: n joints, d of them decided, m = d - 2 free coordinates, R regions; three frames."""
 
     PLACEMENT = auto()
     FRAME_PLACEMENT = auto()
@@ -108,6 +108,8 @@ class Real(_FromZero):
     PORT_RATE = auto()
     STAGE = auto()
     LEDGER = auto()
+    LEDGER_LAST = auto()
+    PROGRESS = auto()
 
 
 class Whole(_FromZero):

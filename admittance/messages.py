@@ -62,7 +62,7 @@ WORDS = {
     Reason.NONE: "",
     Reason.VELOCITY: "joint velocity limits: the free velocity was scaled down as a whole",
     Reason.POSITION: "joint position limits: the free velocity was projected onto what they allow",
-    Reason.CONDITION: "near a singularity of the shaft's Jacobian: only motions that do not make it worse are let through",
+    Reason.CONDITION: "near a singularity of the shaft's Jacobian: only motions that do not make it worse pass",
     Reason.OFFSET: "joint limits leave too little room for the motion back to the port",
     Reason.SUBSTEPS: "the robust integrator came to its smallest sub-step and scaled the velocity",
     Reason.INSIDE: "a point of a forbidden region lies inside its safe distance; move the region or the tool away",

@@ -63,7 +63,7 @@ def evaluate_regions(
     distance: Array,
     near: Array,
 ) -> int:
-    """Potential, repulsion, stiffness and clearance of all regions at the present POSE. Returns a `Reason`, 0 if fine."""
+    """Potential, repulsion, stiffness and clearance of all regions at the present POSE. Returns a `Reason`, or 0."""
     outcome, settings, touch = integers(w, wl, Whole.OUTCOME), vector(f, fl, Real.SETTINGS), vector(f, fl, Real.TOUCH)
     F_r, F_rx, K = vector(f, fl, Real.F_R), vector(f, fl, Real.F_RX), matrix(f, fl, Real.STIFFNESS)
     F_r[:] = 0.0
@@ -72,7 +72,11 @@ def evaluate_regions(
     outcome[Slot.NEARBY] = 0
     outcome[Slot.REGION] = -1
     outcome[Slot.POINT] = -1
-    table, whole, clouds = matrix(f, fl, Real.REGION), integer_matrix(w, wl, Whole.REGION), matrix(f, fl, Real.REGION_POSE)
+    table, whole, clouds = (
+        matrix(f, fl, Real.REGION),
+        integer_matrix(w, wl, Whole.REGION),
+        matrix(f, fl, Real.REGION_POSE),
+    )
     pose, segment = matrix(f, fl, Real.POSE)[SHAFT], vector(f, fl, Real.SEGMENT)
     axis, found, local = vector(f, fl, Real.AXIS), vector(f, fl, Real.FOUND), vector(f, fl, Real.LOCAL)
     for r in range(3):
@@ -120,7 +124,11 @@ def evaluate_regions(
         if many_near == 0 and nearest > sight:
             for c in range(3):
                 x, y, z = clouds[region, c], clouds[region, 3 + c], clouds[region, 6 + c]
-                a, b, e = segment[0] - clouds[region, 9], segment[1] - clouds[region, 10], segment[2] - clouds[region, 11]
+                a, b, e = (
+                    segment[0] - clouds[region, 9],
+                    segment[1] - clouds[region, 10],
+                    segment[2] - clouds[region, 11],
+                )
                 local[c] = x * a + y * b + z * e
                 local[3 + c] = x * segment[3] + y * segment[4] + z * segment[5]
             far = nearest_to_segment(
@@ -271,7 +279,12 @@ def propose(f: Array, fl: np.ndarray, w: np.ndarray, wl: np.ndarray, h: float, d
     X = M (+ h D where the damping is implicit) (+ h^2 K with the stiffness K of the potential), and
     r = M v + h (Z J_t^T (F_th + F_r) - D v), the last term where the damping is explicit.
     """
-    v, v_ref, D, M = vector(f, fl, Real.V), vector(f, fl, Real.V_REF), vector(f, fl, Real.D), vector(f, fl, Real.INERTIA)
+    v, v_ref, D, M = (
+        vector(f, fl, Real.V),
+        vector(f, fl, Real.V_REF),
+        vector(f, fl, Real.D),
+        vector(f, fl, Real.INERTIA),
+    )
     X, K = matrix(f, fl, Real.METRIC), matrix(f, fl, Real.STIFFNESS)
     hand, F_rx = vector(f, fl, Real.F_HAND), vector(f, fl, Real.F_RX)
     X[:, :] = 0.0
@@ -313,9 +326,18 @@ def accelerate(f: Array, fl: np.ndarray, w: np.ndarray, wl: np.ndarray, qdot: Ar
     """
     settings, options = vector(f, fl, Real.SETTINGS), integers(w, wl, Whole.OPTIONS)
     J, J_rate, pose = matrix(f, fl, Real.J), matrix(f, fl, Real.J_RATE), matrix(f, fl, Real.POSE)[SHAFT]
-    A, A_x, x_c, twist = matrix(f, fl, Real.A), matrix(f, fl, Real.A_X), vector(f, fl, Real.X_C), vector(f, fl, Real.TWIST)
+    A, A_x, x_c, twist = (
+        matrix(f, fl, Real.A),
+        matrix(f, fl, Real.A_X),
+        vector(f, fl, Real.X_C),
+        vector(f, fl, Real.TWIST),
+    )
     Z, Z_plus_T, v = matrix(f, fl, Real.Z), matrix(f, fl, Real.Z_PLUS_T), vector(f, fl, Real.FREE)
-    rate, port_rate, out = vector(f, fl, Real.FREE_RATE), vector(f, fl, Real.PORT_RATE), vector(f, fl, Real.ACCELERATION)
+    rate, port_rate, out = (
+        vector(f, fl, Real.FREE_RATE),
+        vector(f, fl, Real.PORT_RATE),
+        vector(f, fl, Real.ACCELERATION),
+    )
     D, M = vector(f, fl, Real.D), vector(f, fl, Real.INERTIA)
     transform(Z_plus_T, qdot, v)
     rate[:] = 0.0

@@ -90,7 +90,7 @@ def to_null_space(J: Array, P: Array, g: Array) -> None:
 
 @compiled("float64(float64[:,::1], int64)")
 def orthonormalise(G: Array, row: int) -> float:
-    """Make one row of unit length and orthogonal to those before it; returns the length it had, rows below 1e-3 stay."""
+    """Make one row of unit length and orthogonal to those before it; returns the length it had (no unit below 1e-3)."""
     for i in range(row):
         along = inner(G[i], G[row])
         for k in range(G.shape[1]):

@@ -6,11 +6,15 @@ stands outside the logarithm, as only that has (13) for its derivative; for the 
 range of (9), in (10) and in (12), which reads d_0 + d_c (+ r). psi >= 1, a clearance <= 0, is a point already inside.
 """
 
-import numpy as np
+from typing import NamedTuple
 
-from primitives.checks import Array
+import numpy as np
+from numpy.typing import ArrayLike
+
+from primitives.checks import Array, array, number, unit
 from primitives.compiled import compiled
-from primitives.voxel_grid import near_segment
+from primitives.errors import InputError
+from primitives.voxel_grid import VoxelGrid, near_segment
 
 
 @compiled("Tuple((float64, float64, float64))(float64, float64, float64, float64)")
@@ -139,3 +143,97 @@ def repel(
             for q in range(4):
                 K[r, q] += stiffness * near[row, r] * near[row, q]
     return count
+
+
+class Repulsion(NamedTuple):
+    """What one cloud does to one segment of the shaft.
+
+    Attributes
+    ----------
+    potential : J, the sum of (9). F_r : (6,) [force; torque about the tip] (37), N and Nm, world axes.
+    F_rx : (4,) Z_x F_r: force along the shaft and torque about the port. stiffness : (4, 4) sum of V'' a_i a_i^T.
+    clearance : smallest, metres; infinite where no point is within sight. point : its index as given, -1 if none.
+    rows : (k, 4) a_i, the derivative of each clearance within sight by the free velocity. clearances : (k,).
+    """
+
+    potential: float
+    F_r: Array
+    F_rx: Array
+    stiffness: Array
+    clearance: float
+    point: int
+    rows: Array
+    clearances: Array
+
+
+def repulsion(
+    grid: VoxelGrid,
+    segment: Array,
+    *,
+    safe: float,
+    k: float,
+    d_0: float,
+    tip: ArrayLike,
+    port: ArrayLike,
+    axis: ArrayLike,
+    sight: float | None = None,
+    linear_below: float = 0.0,
+) -> Repulsion:
+    """Potential and repulsion of a cloud on a segment, without a robot.
+
+    Parameters
+    ----------
+    grid : the cloud's points, world, metres.
+    segment : (8,) geometry of an element: point, direction, length, 0; world.
+    safe : d_c, plus r for a whole tool, metres. k : J. d_0 : metres. sight : default d_0.
+    tip, port, axis : p_t, p_c and n_t, (3,) world.
+    linear_below : see `barrier`.
+
+    Raises
+    ------
+    InputError : sizes, or a point inside (psi >= 1), with its index and depth.
+    """
+    geometry = array(segment, (8,), "segment")
+    direction = geometry[3:6].copy() if geometry[6] > 0.0 else np.array([0.0, 0.0, 1.0])
+    count = len(grid.points)
+    near, F_r, F_rx, K = np.zeros((count, 5)), np.zeros(6), np.zeros(4), np.zeros((4, 4))
+    found = np.array([0.0, np.inf, -1.0])
+    seen = repel(
+        grid.points,
+        grid.start,
+        grid.shape,
+        grid.origin,
+        grid.cell,
+        np.array([1.0, 0, 0, 0, 1.0, 0, 0, 0, 1.0, 0, 0, 0]),
+        geometry[:3].copy(),
+        direction,
+        geometry[6],
+        number(safe, "safe distance", low=0.0),
+        number(d_0 if sight is None else sight, "sight", low=d_0),
+        number(k, "k", low=0.0),
+        number(d_0, "d_0", positive=True),
+        number(linear_below, "linear_below", low=0.0),
+        array(tip, (3,), "tip"),
+        array(port, (3,), "port"),
+        unit(axis, "axis"),
+        0,
+        np.zeros(count, dtype=np.int64),
+        np.zeros(count),
+        np.zeros(count),
+        near,
+        F_r,
+        F_rx,
+        K,
+        found,
+    )
+    if seen < 0:
+        raise InputError("repulsion: the segment is too far from the cloud to be looked for; check their units")
+    point = int(grid.order[int(found[2])]) if found[2] >= 0.0 else -1
+    if found[1] <= 0.0 and linear_below <= 0.0:
+        raise InputError(
+            f"repulsion: the tool is {-found[1] * 1e3:.4g} mm inside the sphere of point {point} (psi >= 1); move the "
+            "cloud or the tool away"
+        )
+    return Repulsion(
+        float(found[0]), F_r, F_rx, K, float(found[1]), point, near[:seen, :4].copy(), near[:seen, 4].copy()
+    )

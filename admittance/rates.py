@@ -96,9 +96,7 @@ def free_rate(
 @compiled(
     "void(float64[:,::1], float64[:,::1], float64[::1], float64[:,::1], float64[::1], float64[::1], float64[::1])"
 )
-def free_velocity_rate(
-    Z: Array, Z_rate: Array, W: Array, factor: Array, qdot: Array, v: Array, out: Array
-) -> None:
+def free_velocity_rate(Z: Array, Z_rate: Array, W: Array, factor: Array, qdot: Array, v: Array, out: Array) -> None:
     """out = d(Z^+T)/dt qdot (d - 2,), the second term of u in (23).
 
     d(Z^+T)/dt = (Z W Z^T)^-1 [dZ/dt W - (dZ/dt W Z^T + Z W dZ/dt^T) Z^+T]; v = Z^+T qdot, and factor is the Cholesky
