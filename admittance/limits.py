@@ -1,0 +1,147 @@
+"""Joint limits and singularities as limits of the free velocity: projected, then scaled, never pushed.
+
+Every limit here allows standing still, so projecting v onto it in the metric of the step and scaling it take energy
+out and never put any in, and both leave the port constraint alone.
+"""
+
+import numpy as np
+
+from admittance.dense import inner, substitute
+from admittance.outcome import Limited
+from primitives.checks import Array
+from primitives.compiled import compiled
+
+SWEEPS = 50
+"""Sweeps over the rows at most; what is left after them the final scaling takes care of."""
+
+
+@compiled("void(float64[::1], int64[::1], float64[:,::1], float64, float64[:,::1], float64[:,::1])")
+def fill_limits(q: Array, decided: np.ndarray, limits: Array, eta: float, low: Array, high: Array) -> None:
+    """Bounds of each decided joint's velocity from limits (3, d): lower, upper, velocity.
+
+    Row 0 of low and high (2, d) is what the position leaves, eta times the room to either end; row 1 that within the
+    velocity limits. Zero always lies between them: a joint outside its range can only not go further out.
+    """
+    for j in range(decided.shape[0]):
+        position = q[decided[j]]
+        low[0, j] = -eta * max(0.0, position - limits[0, j])
+        high[0, j] = eta * max(0.0, limits[1, j] - position)
+        low[1, j] = max(low[0, j], -limits[2, j])
+        high[1, j] = min(high[0, j], limits[2, j])
+
+
+@compiled("float64(float64[::1], float64[:,::1], float64[:,::1])")
+def fit_offset(offset: Array, low: Array, high: Array) -> float:
+    """Scale the offset (d,) of qdot so that it keeps the bounds by itself; returns the factor, at most 1."""
+    factor = 1.0
+    for j in range(offset.shape[0]):
+        if offset[j] > high[1, j]:
+            factor = min(factor, high[1, j] / offset[j])
+        elif offset[j] < low[1, j]:
+            factor = min(factor, low[1, j] / offset[j])
+    if factor < 1.0:
+        for j in range(offset.shape[0]):
+            offset[j] *= factor
+    return factor
+
+
+_LIMIT = (
+    "int64(float64[::1], float64[:,::1], float64[::1], float64[:,::1], float64[:,::1], float64[::1], float64,"
+    "float64[:,::1], float64[:,::1], float64[:,::1], float64[:,::1], float64[::1])"
+)
+
+
+@compiled(_LIMIT)
+def limit_velocity(
+    v: Array,
+    Z: Array,
+    offset: Array,
+    low: Array,
+    high: Array,
+    singular: Array,
+    singular_low: float,
+    metric: Array,
+    factor: Array,
+    row: Array,
+    push: Array,
+    dual: Array,
+) -> int:
+    """Change a free velocity v (m,) so that qdot = Z^T v + offset keeps its bounds; returns bits of `Limited`.
+
+    First the projection, in the metric X (m, m) of the step, onto the half spaces of the position limits (row 0 of low
+    and high) and of `singular` (m,) v >= singular_low <= 0, by Hildreth's method; then v is scaled as a whole so that
+    all bounds hold to the last digit. What comes out has v^T X (v - v_given) <= 0: it takes energy out.
+
+    factor : Cholesky factor of X. row, push : (d + 1, m) scratch; dual : (d + 1 + m,) scratch.
+    """
+    m, d = Z.shape
+    done = 0
+    violated = inner(singular, v) < singular_low
+    for j in range(d):
+        value = offset[j]
+        for i in range(m):
+            value += Z[i, j] * v[i]
+        violated = violated or value < low[0, j] or value > high[0, j]
+    given = dual[d + 1 :]
+    given[:] = v
+    if violated:
+        for j in range(d + 1):
+            for i in range(m):
+                row[j, i] = Z[i, j] if j < d else singular[i]
+                push[j, i] = row[j, i]
+            substitute(factor, push[j])
+            dual[j] = 0.0
+        for _ in range(SWEEPS):
+            change = 0.0
+            for j in range(d + 1):
+                weight = inner(row[j], push[j])
+                if not weight > 0.0:
+                    continue
+                below, above = singular_low, np.inf
+                if j < d:
+                    below, above = low[0, j] - offset[j], high[0, j] - offset[j]
+                free = inner(row[j], v) + weight * dual[j]
+                new = 0.0
+                if free > above:
+                    new = (free - above) / weight
+                elif free < below:
+                    new = (free - below) / weight
+                step = dual[j] - new
+                if step != 0.0:
+                    for i in range(m):
+                        v[i] += step * push[j, i]
+                    dual[j] = new
+                    change = max(change, abs(step) * weight)
+            if change < 1e-12:
+                break
+        if dual[d] != 0.0:
+            done |= Limited.CONDITION
+        for j in range(d):
+            if dual[j] != 0.0:
+                done |= Limited.POSITION
+    scale = 1.0
+    for j in range(d):
+        value = 0.0
+        for i in range(m):
+            value += Z[i, j] * v[i]
+        if value + offset[j] > high[1, j]:
+            scale = min(scale, (high[1, j] - offset[j]) / value)
+        elif value + offset[j] < low[1, j]:
+            scale = min(scale, (low[1, j] - offset[j]) / value)
+    along = inner(singular, v)
+    if along < singular_low:
+        scale = min(scale, singular_low / along)
+    if scale < 1.0 - 1e-9:
+        done |= Limited.VELOCITY
+    if done:
+        own, mixed = 0.0, 0.0
+        for i in range(m):
+            for k in range(m):
+                own += v[i] * metric[i, k] * v[k]
+                mixed += v[i] * metric[i, k] * given[k]
+        if mixed < scale * own:
+            scale = max(mixed, 0.0) / own
+    if scale < 1.0:
+        for i in range(m):
+            v[i] *= scale
+    return done
