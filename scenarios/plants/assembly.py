@@ -30,7 +30,12 @@ def robot_spec(entry: RobotEntry, robot: Robot) -> Any:
     arms = {prefix: _read(path) for prefix, path in entry.mjcf.items()}
     spec = mujoco.MjSpec() if any(arms) else arms[""]
     for prefix, arm in arms.items():
-        root = arm.worldbody.first_body()
+        roots = arm.worldbody.bodies
+        if len(roots) != 1:
+            raise ModelError(
+                f"{entry.mjcf[prefix]}: expected one body in the world, the base of the arm, got {len(roots)}"
+            )
+        root = roots[0]
         pose = still.pose(f"{prefix}/{root.name}" if prefix else root.name)
         root.pos, root.quat = dq.translation(pose), pose[:4]
         if arm is not spec:
@@ -62,8 +67,10 @@ def assemble(
     spec.option.timestep = physics_step
     # A state that has become unusable is to be seen, not replaced by the first one.
     spec.option.disableflags |= mujoco.mjtDisableBit.mjDSBL_AUTORESET
-    for obstacle in (*([port] if port is not None else []), *clouds):
-        obstacle.add_to(spec)
+    if port is not None:
+        port.add_to(spec)
+    for cloud in clouds:
+        cloud.add_to(spec)
     return spec.compile()
 
 

@@ -43,12 +43,16 @@ class Noise(NamedTuple):
     torque: float = 0.0
 
 
+NO_NOISE = Noise()
+
+
 class MujocoPlant:
     """An arm on position servos that follow q_ref, the integral of the commanded velocities.
 
     Within a period the reference moves evenly, and the servo torque is kp (q_ref - q) + kv (q̇_ref - q̇) with the
-    stiffness and damping of the MJCF, so that an even motion has no lag. Gravity is compensated by the arm's own controller.
-    Joints that are not commanded are held at the start. A run is the same to the bit for the same seed.
+    stiffness and damping of the MJCF, so that an even motion has no lag. The arm's own controller
+    compensates gravity. Joints that are not commanded are held at the start. A run is the same to the bit for the same
+    seed.
 
     Parameters
     ----------
@@ -81,7 +85,7 @@ class MujocoPlant:
         clouds: Sequence[Cloud] = (),
         physics_step: float = COARSEST,
         arm: str | None = None,
-        noise: Noise = Noise(),
+        noise: Noise = NO_NOISE,
         seed: int = 0,
     ):
         robot = entry.build()
@@ -98,7 +102,7 @@ class MujocoPlant:
         self._handle = _handle(self.model, prefix + "handle")
         places = [_named(self.model, mujoco.mjtObj.mjOBJ_JOINT, joint) for joint in robot.joints]
         self._q, self._v = self.model.jnt_qposadr[places].copy(), self.model.jnt_dofadr[places].copy()
-        self._servos = np.array([_servo(self.model, joint, robot.joints) for joint in places])
+        self._servos = np.array([_servo(self.model, joint) for joint in places])
         self._lead = -self.model.actuator_biasprm[self._servos, 2] / self.model.actuator_gainprm[self._servos, 0]
         names = [*([PORT] if port is not None else []), *(cloud.name for cloud in clouds)]
         self._obstacles = {_named(self.model, mujoco.mjtObj.mjOBJ_BODY, name): name for name in names}
@@ -108,7 +112,8 @@ class MujocoPlant:
         """See `scenarios.plants.Plant`."""
         mujoco.mj_resetData(self.model, self.data)
         self._random = np.random.default_rng(self._seed)
-        self._cycle, self._hand = 0, None
+        self._cycle = 0
+        self._hand: HandModel | None = None
         self._reference, self._speed = self._start.copy(), np.zeros_like(self._start)
         self.data.qpos[self._q] = self._start
         self.data.ctrl[self._servos] = self._start
@@ -121,13 +126,13 @@ class MujocoPlant:
         advance = self._period / self._substeps * self._speed
         lead = self._lead * self._speed
         with _warnings_counted_only():
-            for i in range(1, self._substeps + 1):
+            for i in range(self._substeps):
                 self.data.ctrl[self._servos] = self._reference + i * advance + lead
-                if self._hand is not None:
-                    self._ask_hand(self._hand)
                 mujoco.mj_step2(self.model, self.data)
                 mujoco.mj_step1(self.model, self.data)
+                self._ask_hand()
         self._reference += self._period * self._speed
+        self.data.ctrl[self._servos] = self._reference + lead
         self._cycle += 1
         return self._measure()
 
@@ -138,13 +143,16 @@ class MujocoPlant:
         self._accelerate()
         return self._read()
 
-    def hold(self, hand: HandModel | None) -> None:
-        """Let a model of the hand push the handle, asked anew at each physics step, until the next push; None lets go.
+    def hold(self, hand: HandModel) -> Array:
+        """Let a model of the hand push the handle until the next push: asked now, and after each physics step.
 
-        The model's wrench must be six finite numbers; `step` raises InputError where it is not.
+        Returns the wrench as the sensor reads it now, as `push` does. Wherever the model gives something else than six
+        finite numbers, here or in `step`, InputError is raised; after one in `step`, `reset` the plant.
         """
         self._hand = hand
-        self.data.xfrc_applied[self._handle] = 0.0
+        self._ask_hand()
+        self._accelerate()
+        return self._read()
 
     @property
     def handle(self) -> tuple[Array, Array]:
@@ -174,9 +182,10 @@ class MujocoPlant:
                 forces[self._obstacles[second]] -= on_second
         return forces
 
-    def _ask_hand(self, hand: HandModel) -> None:
-        wrench = hand(float(self.data.time), *self.handle)
-        self.data.xfrc_applied[self._handle] = array(wrench, (6,), "wrench of the hand")
+    def _ask_hand(self) -> None:
+        if self._hand is not None:
+            wrench = self._hand(float(self.data.time), *self.handle)
+            self.data.xfrc_applied[self._handle] = array(wrench, (6,), "wrench of the hand")
 
     def _accelerate(self) -> None:
         """Accelerations, contact forces and sensors of the present state; positions and velocities are up to date."""
@@ -201,9 +210,9 @@ class MujocoPlant:
         if counts.any():
             words = next(words for kind, words in _TROUBLE.items() if counts[kind])
             raise PlantError(
-                f"MuJoCo met {words}, in the period that ends at {self.data.time:g} s: the simulation is unusable until "
-                f"the plant is reset. Try a physics step below {self.model.opt.timestep:g} s, a weaker hand, or a start "
-                "where nothing touches"
+                f"MuJoCo met {words} in the period that ends at {self.data.time:g} s: the simulation is unusable until "
+                f"the plant is reset. Try a physics step below {self.model.opt.timestep:g} s, a weaker hand, or a "
+                "start where nothing touches"
             )
 
 
@@ -257,7 +266,7 @@ def _handle(model: Any, name: str) -> int:
     return body
 
 
-def _servo(model: Any, joint: int, names: Sequence[str]) -> int:
+def _servo(model: Any, joint: int) -> int:
     """The one position servo of a joint."""
     moved = (model.actuator_trntype == mujoco.mjtTrn.mjTRN_JOINT) & (model.actuator_trnid[:, 0] == joint)
     found = [int(i) for i in np.flatnonzero(moved)]

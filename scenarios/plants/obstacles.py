@@ -5,6 +5,7 @@ the obstacle's own softness and friction (its priority is higher than the tool's
 """
 
 from dataclasses import dataclass
+from itertools import pairwise
 from typing import Any
 
 import mujoco
@@ -21,9 +22,9 @@ THICKNESS = 0.002
 """Radius of these capsules, metres."""
 FRICTION = (0.1, 0.0, 0.0)
 """Sliding friction of steel on what is wet; chosen. A contact turns and rolls freely."""
-STIFFNESS = (0.004, 1.0)
-"""MuJoCo's solref: a contact comes to rest in about 4 ms, critically damped; the least that steps of 1 ms resolve twice
-over, so a contact is stiff beside the arm."""
+SOFTNESS = {"solref": (0.004, 1.0), "solimp": (0.98, 0.99, 1e-4, 0.5, 2.0)}
+"""A contact comes to rest in about 4 ms, critically damped, which steps of 1 ms resolve, and gives way some 5 um under
+15 N: the tool stops at the surface, and the arm behind it yields."""
 
 
 @dataclass(frozen=True)
@@ -65,7 +66,7 @@ class Port:
         corners = (
             apothem / np.cos(np.pi / CHORDS) * (np.outer(np.cos(angles), across) + np.outer(np.sin(angles), along))
         )
-        for a, b in zip(corners[:-1], corners[1:], strict=True):
+        for a, b in pairwise(corners):
             body.add_geom(
                 type=mujoco.mjtGeom.mjGEOM_CAPSULE,
                 fromto=[*a, *b],
@@ -115,7 +116,7 @@ class Cloud:
 
 
 def _touchable() -> dict[str, Any]:
-    return {"contype": 0, "conaffinity": 1, "priority": 1, "condim": 3, "friction": FRICTION, "solref": STIFFNESS}
+    return {"contype": 0, "conaffinity": 1, "priority": 1, "condim": 3, "friction": FRICTION, **SOFTNESS}
 
 
 def _perpendicular(axis: Array) -> tuple[Array, Array]:
