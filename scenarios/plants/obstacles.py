@@ -60,16 +60,10 @@ class Port:
         body = spec.worldbody.add_body(name=PORT, pos=np.array(self.centre, dtype=float), gravcomp=1.0)
         for axis in np.eye(3):
             body.add_joint(type=mujoco.mjtJoint.mjJNT_SLIDE, axis=axis, stiffness=self.stiffness, damping=self.damping)
-        across, along = _perpendicular(unit(self.axis, "axis of the port"))
-        apothem = self.radius + THICKNESS
-        angles = np.linspace(0.0, 2.0 * np.pi, CHORDS + 1) + np.pi / CHORDS
-        corners = (
-            apothem / np.cos(np.pi / CHORDS) * (np.outer(np.cos(angles), across) + np.outer(np.sin(angles), along))
-        )
-        for a, b in pairwise(corners):
+        for ends in ring(unit(self.axis, "axis of the port"), self.radius + THICKNESS):
             body.add_geom(
                 type=mujoco.mjtGeom.mjGEOM_CAPSULE,
-                fromto=[*a, *b],
+                fromto=ends,
                 size=[THICKNESS, 0.0, 0.0],
                 mass=self.mass / CHORDS,
                 rgba=(0.95, 0.75, 0.2, 1.0),
@@ -119,8 +113,10 @@ def _touchable() -> dict[str, Any]:
     return {"contype": 0, "conaffinity": 1, "priority": 1, "condim": 3, "friction": FRICTION, **SOFTNESS}
 
 
-def _perpendicular(axis: Array) -> tuple[Array, Array]:
-    """Two unit vectors that make a right-handed frame with an axis."""
-    first = np.cross(np.eye(3)[np.argmin(np.abs(axis))], axis)
-    first /= np.linalg.norm(first)
-    return first, np.cross(axis, first)
+def ring(axis: Array, radius: float) -> list[Array]:
+    """Chords (6,) [start; end] of a ring around the origin, across a unit axis; their middles lie at the radius."""
+    across = np.cross(np.eye(3)[np.argmin(np.abs(axis))], axis)
+    across /= np.linalg.norm(across)
+    angles = np.linspace(0.0, 2.0 * np.pi, CHORDS + 1)
+    corners = np.outer(np.cos(angles), across) + np.outer(np.sin(angles), np.cross(axis, across))
+    return [np.concatenate(ends) for ends in pairwise(radius / np.cos(np.pi / CHORDS) * corners)]
