@@ -1,6 +1,7 @@
 """The ideal plant: joints move exactly as commanded, q + T q̇ after one period."""
 
 from collections.abc import Mapping
+from types import MappingProxyType
 
 import numpy as np
 from numpy.typing import ArrayLike
@@ -19,7 +20,7 @@ class KinematicPlant:
     seed : of the noise.
     """
 
-    contact_forces: Mapping[str, Array] = {}
+    contact_forces: Mapping[str, Array] = MappingProxyType({})
     """There is nothing to touch."""
 
     def __init__(self, start: Array, decided: np.ndarray, period: float, *, noise: float = 0.0, seed: int = 0):

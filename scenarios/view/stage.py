@@ -8,7 +8,7 @@ import numpy as np
 
 from primitives.checks import Array
 from primitives.constraint import Constraint
-from primitives.elements import WORLD
+from primitives.elements import WORLD, Element
 from primitives.robot import Robot
 from scenarios.plants.assembly import robot_spec
 from scenarios.plants.obstacles import Cloud, Port, ring
@@ -20,6 +20,11 @@ OPACITY = {"plane": 0.35, "line": 0.16, "point": 0.9, "segment": 0.2}
 """Of the fixed element of a constraint, by its kind; what would hide the tool is shown faintly."""
 RING_THICKNESS, SHEET = 0.0004, 0.0002
 """Radius of the ring that stands for a point, half the thickness of a plane, metres."""
+
+
+def is_fixed(element: Element) -> bool:
+    """Whether an element stands still in the world."""
+    return element.frame == WORLD and element.entity is None
 
 
 def build_stage(
@@ -77,7 +82,7 @@ def build_stage(
         cloud.add_to(spec)
     shown = []
     for constraint in constraints:
-        if constraint.second.frame == WORLD and constraint.second.entity is None:
+        if is_fixed(constraint.second):
             body = spec.worldbody.add_body(name=f"constraint {constraint.name}")
             _add_element(body, constraint, centre, reach)
             shown.append(constraint.name)

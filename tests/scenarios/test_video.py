@@ -24,8 +24,9 @@ from scenarios.run import run
 from scenarios.scene_file import load_scene
 from scenarios.view import ViewError, canvas
 from scenarios.view.canvas import BACKENDS, Canvas
+from scenarios.view.film import CAMERAS, Film
 from scenarios.view.stage import KEPT, VIOLATED, WATCHED, build_stage
-from scenarios.view.video import CAMERAS, _Film, record
+from scenarios.view.video import record
 
 Array = NDArray[np.float64]
 ROOT = Path(__file__).parents[2]
@@ -53,11 +54,11 @@ def needs_imageio() -> Any:
     return pytest.importorskip("imageio.v2", reason='needs the extra "video"')
 
 
-def film(trace: Trace, camera: str = "tool", **options: Any) -> _Film:
-    return _Film(trace, SIZE, CAMERAS[camera], options.get("port"), options.get("clouds", ()))
+def film(trace: Trace, camera: str = "tool", **options: Any) -> Film:
+    return Film(trace, SIZE, CAMERAS[camera], options.get("port"), options.get("clouds", ()))
 
 
-def colours(film: _Film, name: str) -> set[tuple[float, ...]]:
+def colours(film: Film, name: str) -> set[tuple[float, ...]]:
     return {tuple(np.round(c[:3].astype(float), 6)) for c in film.model.geom_rgba[film._geoms[name]]}
 
 
