@@ -113,7 +113,7 @@ def video(
     height: Annotated[int, typer.Option(help="Pixels, even.")] = 720,
     camera: Annotated[str, typer.Option(help="tool, side, front, top: what the tool does; arm: all of it.")] = "tool",
 ) -> None:
-    """Make a video of a run. Without a graphics card a frame takes about 0.1 s."""
+    """Make a video of a run. Without a graphics card a frame takes about 0.2 s."""
     with _one_clear_line():
         from rich.console import Console
         from rich.progress import Progress

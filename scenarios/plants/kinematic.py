@@ -37,7 +37,7 @@ class KinematicPlant:
 
     def step(self, command: Command) -> Measurement:
         """See `scenarios.plants.Plant`."""
-        self._qdot[self._decided] = command.qdot
+        self._qdot[self._decided] = array(command.qdot, self._decided.shape, "velocities of the command")
         self._q += self._period * self._qdot
         self._cycle += 1
         return self._measure()

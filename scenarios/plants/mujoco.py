@@ -71,7 +71,7 @@ class MujocoPlant:
     ------
     InputError : a value out of range, a period that is no multiple of the physics step.
     ModelError, FileError : the robot has no MJCF, or one that does not fit.
-    UnknownNameError : no such arm.
+    UnknownNameError : no such arm. PlantError : MuJoCo cannot begin there.
     """
 
     def __init__(
@@ -117,7 +117,8 @@ class MujocoPlant:
         self._reference, self._speed = self._start.copy(), np.zeros_like(self._start)
         self.data.qpos[self._q] = self._start
         self.data.ctrl[self._servos] = self._start
-        mujoco.mj_step1(self.model, self.data)
+        with _warnings_counted_only():
+            mujoco.mj_step1(self.model, self.data)
         return self._measure()
 
     def step(self, command: Command) -> Measurement:
@@ -189,7 +190,8 @@ class MujocoPlant:
 
     def _accelerate(self) -> None:
         """Accelerations, contact forces and sensors of the present state; positions and velocities are up to date."""
-        mujoco.mj_forwardSkip(self.model, self.data, mujoco.mjtStage.mjSTAGE_VEL, 0)
+        with _warnings_counted_only():
+            mujoco.mj_forwardSkip(self.model, self.data, mujoco.mjtStage.mjSTAGE_VEL, 0)
 
     def _read(self) -> Array:
         wrench = self._sensor.read(self.data)

@@ -46,10 +46,6 @@ class WrenchSensor:
         self._model = model
         self._acceleration, self._velocity = np.empty(6), np.empty(6)
 
-    def position(self, data: Any) -> Array:
-        """(3,) world, metres: the point that wrenches refer to."""
-        return np.array(data.site_xpos[self._site])
-
     def read(self, data: Any) -> Array:
         """(6,) [force; torque] on the tool from outside, N and Nm, world axes, at the sensor.
 

@@ -132,6 +132,18 @@ def test_only_decided_joints_move() -> None:
     np.testing.assert_allclose(moved[8:], 0.0, rtol=0.0, atol=1e-9)
 
 
+def test_the_hand_holds_the_arm_that_is_named() -> None:
+    start = neuro8_pair.start()
+    for arm, held in (("moving", slice(0, 8)), ("parked", slice(8, 16))):
+        plant = MujocoPlant(robots["neuro8-pair"], start, range(8), T, arm=arm)
+        wrench = np.array([2.0, 1.0, -3.0, 0.0, 0.0, 0.0])
+        np.testing.assert_allclose(plant.push(wrench), wrench, rtol=0.0, atol=1e-9)
+        moved = np.abs(settle(plant, 8, 0.3).q - start)
+        assert moved[held].max() > 1e-5
+        moved[held] = 0.0
+        assert moved.max() < 1e-9
+
+
 def test_energy_never_exceeds_the_work_of_the_hand() -> None:
     """Servos that hold still are springs and dampers: kinetic plus elastic energy is at most the work put in."""
     plant = lwr(physics_step=0.00025)
@@ -419,6 +431,8 @@ def test_a_simulation_that_blows_up_is_an_error_with_a_name(tmp_path: Path, monk
     for _ in range(2):
         with pytest.raises(PlantError, match=r"an acceleration beyond bounds .* unusable until the plant is reset"):
             plant.step(command(np.zeros(7)))
+    with pytest.raises(PlantError, match="a position beyond bounds"):
+        MujocoPlant(LWR, np.full(7, 1e11), range(7), T)
     assert not list(tmp_path.iterdir())
     plant.reset()
     assert np.array_equal(plant.step(command(np.zeros(7))).q, clean.q)
@@ -529,6 +543,9 @@ def test_the_kinematic_plant_gives_the_push_back_and_keeps_it() -> None:
     assert plant.contact_forces == {}
     with pytest.raises(InputError, match="wrench of the hand"):
         plant.push(np.zeros(5))
+    for bad in (np.zeros(6), np.full(7, np.nan)):
+        with pytest.raises(InputError, match="velocities of the command"):
+            plant.step(command(bad))
     assert plant.reset().wrench is None
 
 

@@ -185,6 +185,37 @@ def test_port_and_clouds_are_on_the_stage(trace: Trace) -> None:
     assert shown._camera.distance > plain._camera.distance, "the port is in view too"
 
 
+ONE_ARM = """
+name: one-arm
+summary: the tip goes down through the port
+robot: lwr4plus
+group: all
+start: [0.3490658503988659, 0.8726646259971648, 0, -1.2217304763960306, 0, 1.0471975511965976, 0]
+constraints:
+  - name: port
+    first: {kind: line, frame: tip}
+    second: {kind: point, position: [-0.6053, -0.2203, 0]}
+    keep: inside
+    safe_distance: 0.004
+task: {frame: tip, gain: 5}
+reference: {segment: 0.4, waypoints: [{position: [-0.6053, -0.2203, -0.15]}]}
+period: 0.02
+duration: 0.4
+"""
+
+
+def test_a_single_arm_stands_on_the_stage_too(tmp_path: Path) -> None:
+    file = tmp_path / "one-arm.yaml"
+    file.write_text(ONE_ARM)
+    trace = run(load_scene(file))
+    shown = film(trace, "arm", port=Port([-0.6053, -0.2203, 0.0], 0.005))
+    shown.scene(len(trace.records) - 1)
+    at = robots["lwr4plus"].build().kinematics(trace["q"][-1])
+    np.testing.assert_allclose(shown._data.body("tip").xpos, at.translation("tip"), rtol=0.0, atol=1e-12)
+    assert colours(shown, "port") == {KEPT}
+    assert shown._path[-1, 2] < shown._path[0, 2]
+
+
 # Pictures
 
 
