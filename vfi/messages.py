@@ -19,7 +19,8 @@ class Measurement(NamedTuple):
     ----------
     t : seconds; must grow from cycle to cycle.
     q, qdot : (n,) positions and velocities of all joints of the robot, rad and m.
-    wrench : (6,) [force; torque] of the hand, N and Nm, base axes, at the tool tip; None where not measured.
+    wrench : (6,) [force; torque] of the hand as the sensor reads it, N and Nm, world axes, at the sensor; None where
+        not measured.
     entities : every moving entity that the constraints refer to, by name.
     stamps : when each of these was measured, seconds, by name; None where not known.
     """

@@ -27,17 +27,26 @@ class RobotEntry(NamedTuple):
     build : makes the robot; it imports what it needs when called.
     urdf : what draws it: for each prefix of frame names ("" for none) the URDF whose link "x" is drawn at the
         frame "prefix/x". Empty for a robot without pictures.
+    mjcf : what simulates it in MuJoCo: for each prefix the MJCF whose bodies and joints bear the names of the robot's
+        frames and joints, with a position servo a joint, a body "handle" and a force and a torque sensor of these
+        names. Empty for a robot without dynamics.
     """
 
     name: str
     summary: str
     build: "Callable[[], Robot]"
     urdf: Mapping[str, Path] = MappingProxyType({})
+    mjcf: Mapping[str, Path] = MappingProxyType({})
 
 
 def urdf_path(name: str) -> Path:
     """Path of the URDF of that name in this folder."""
     return Path(str(files(__name__).joinpath(f"{name}.urdf")))
+
+
+def mjcf_path(name: str) -> Path:
+    """Path of the MJCF of that name in this folder."""
+    return Path(str(files(__name__).joinpath(f"{name}.xml")))
 
 
 def _check(entry: RobotEntry) -> None:

@@ -8,7 +8,7 @@ from math import pi, radians
 from typing import TYPE_CHECKING
 
 from primitives.dh import DHRow
-from scenarios.robots import RobotEntry, urdf_path
+from scenarios.robots import RobotEntry, mjcf_path, urdf_path
 
 if TYPE_CHECKING:
     from primitives.robot import Robot
@@ -39,5 +39,9 @@ def build() -> "Robot":
 
 
 ROBOT = RobotEntry(
-    "lwr4plus", "KUKA LWR4+, 7 joints, with a straight tool of 0.43 m", build, {"": urdf_path("lwr4plus")}
+    "lwr4plus",
+    "KUKA LWR4+, 7 joints, with a straight tool of 0.43 m",
+    build,
+    {"": urdf_path("lwr4plus")},
+    {"": mjcf_path("lwr4plus")},
 )

@@ -14,7 +14,7 @@ from numpy.typing import ArrayLike
 from primitives.checks import Array, array, unit
 from primitives.dh import DHRow
 from primitives.errors import InputError
-from scenarios.robots import RobotEntry, urdf_path
+from scenarios.robots import RobotEntry, mjcf_path, urdf_path
 
 if TYPE_CHECKING:
     from primitives.robot import Robot
@@ -83,4 +83,5 @@ ROBOT = RobotEntry(
     "neurosurgical arm of 8 joints: two slides, two tilts, insertion, roll, wrist; a tool of 3.5 mm",
     build,
     {"": urdf_path("neuro8")},
+    {"": mjcf_path("neuro8")},
 )

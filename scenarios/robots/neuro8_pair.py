@@ -5,7 +5,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from primitives.checks import Array
-from scenarios.robots import RobotEntry, urdf_path
+from scenarios.robots import RobotEntry, mjcf_path, urdf_path
 from scenarios.robots.neuro8 import configuration_for_shaft
 
 if TYPE_CHECKING:
@@ -48,4 +48,5 @@ ROBOT = RobotEntry(
     "two neurosurgical arms of 8 joints: the moving one and the parked one of S1-S5",
     build,
     {name: urdf_path("neuro8") for name in BASES},
+    {name: mjcf_path("neuro8") for name in BASES},
 )
