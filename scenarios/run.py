@@ -53,7 +53,7 @@ def build(scene: Scene, *, solver: str, guard: str, period: float | None, ring: 
 
 
 @contextmanager
-def _no_collection() -> Iterator[None]:
+def no_collection() -> Iterator[None]:
     """Keep the cyclic garbage collector out of the loop; what a cycle allocates is freed by reference counting."""
     was = gc.isenabled()
     gc.collect()
@@ -117,7 +117,7 @@ def run(
     header, drained, half = _header(scene, controller, seed), 0, len(controller.ring) // 2
     blocks: list[Array] = []
     events: list[Event] = []
-    with TraceWriter(out, controller.columns, header) if out else nullcontext() as writer, _no_collection():
+    with TraceWriter(out, controller.columns, header) if out else nullcontext() as writer, no_collection():
         measurement, wrote, told, state = plant.reset(), perf_counter(), 0.0, State.RUN
         for k in range(cycles):
             command = controller.step(measurement, reference[k])

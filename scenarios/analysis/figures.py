@@ -134,12 +134,16 @@ def draw_all(traces: Sequence[Trace], folder: Path) -> list[Path]:
     """
     if not traces:
         raise InputError("nothing to draw: expected at least one trace")
+    kinds = (("figure3-margins", margins), ("figure4-error", velocity_and_error), ("figure5-tip", tip_paths))
+    return [path for name, draw in kinds for path in save(draw(traces), folder, name)]
+
+
+def save(figure: Figure, folder: Path, name: str) -> list[Path]:
+    """Write a figure as PNG and SVG; returns both paths."""
+    FigureCanvasAgg(figure)
     written = []
-    for name, draw in (("figure3-margins", margins), ("figure4-error", velocity_and_error), ("figure5-tip", tip_paths)):
-        figure = draw(traces)
-        FigureCanvasAgg(figure)
-        for suffix, options in ((".png", {"dpi": 150}), (".svg", {"metadata": {"Date": None}})):
-            path = folder / f"{name}{suffix}"
-            figure.savefig(path, **options)
-            written.append(path)
+    for suffix, options in ((".png", {"dpi": 150}), (".svg", {"metadata": {"Date": None}})):
+        path = folder / f"{name}{suffix}"
+        figure.savefig(path, **options)
+        written.append(path)
     return written

@@ -7,11 +7,19 @@ from numpy.typing import ArrayLike
 
 from primitives.checks import Array
 from primitives.errors import ActiveConstraintsError
-from vfi.messages import Command, Measurement
+from vfi.messages import Measurement
 
 
 class PlantError(ActiveConstraintsError):
     """The simulation of a plant broke down: it says what, when, and what may help. Only `reset` makes it usable."""
+
+
+class VelocityCommand(Protocol):
+    """A command of the vfi controller, or a motion of the admittance."""
+
+    @property
+    def qdot(self) -> Array:
+        """(d,) velocities of the decided joints for the period that begins, rad/s and m/s."""
 
 
 class Plant(Protocol):
@@ -20,7 +28,7 @@ class Plant(Protocol):
     def reset(self) -> Measurement:
         """Go to the start, let go of the handle; the measurement there, at t = 0."""
 
-    def step(self, command: Command) -> Measurement:
+    def step(self, command: VelocityCommand) -> Measurement:
         """Execute a command for one period; the measurement after it.
 
         Raises
@@ -44,6 +52,10 @@ class Plant(Protocol):
         ------
         InputError : not six finite numbers.
         """
+
+    @property
+    def handle(self) -> tuple[Array, Array] | None:
+        """Position (3,) and velocity (3,) of the handle, m and m/s, world axes; None where it is where it should be."""
 
     @property
     def contact_forces(self) -> Mapping[str, Array]:

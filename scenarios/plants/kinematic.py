@@ -7,7 +7,8 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from primitives.checks import Array, array, number
-from vfi.messages import Command, Measurement
+from scenarios.plants import VelocityCommand
+from vfi.messages import Measurement
 
 
 class KinematicPlant:
@@ -22,6 +23,8 @@ class KinematicPlant:
 
     contact_forces: Mapping[str, Array] = MappingProxyType({})
     """There is nothing to touch."""
+    handle = None
+    """It is where the commands lead it."""
 
     def __init__(self, start: Array, decided: np.ndarray, period: float, *, noise: float = 0.0, seed: int = 0):
         self._start, self._decided, self._period = np.array(start, dtype=float), decided, period
@@ -35,7 +38,7 @@ class KinematicPlant:
         self._random = np.random.default_rng(self._seed)
         return self._measure()
 
-    def step(self, command: Command) -> Measurement:
+    def step(self, command: VelocityCommand) -> Measurement:
         """See `scenarios.plants.Plant`."""
         self._qdot[self._decided] = array(command.qdot, self._decided.shape, "velocities of the command")
         self._q += self._period * self._qdot

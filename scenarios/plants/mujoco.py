@@ -10,12 +10,12 @@ from numpy.typing import ArrayLike
 
 from primitives.checks import Array, array, known, number
 from primitives.errors import InputError, ModelError
-from scenarios.plants import PlantError
+from scenarios.plants import PlantError, VelocityCommand
 from scenarios.plants.assembly import assemble
 from scenarios.plants.obstacles import PORT, Cloud, Port
 from scenarios.plants.wrench_sensor import WrenchSensor
 from scenarios.robots import RobotEntry
-from vfi.messages import Command, Measurement
+from vfi.messages import Measurement
 
 COARSEST = 1e-3
 """Physics runs at 1 kHz or finer, s."""
@@ -121,7 +121,7 @@ class MujocoPlant:
             mujoco.mj_step1(self.model, self.data)
         return self._measure()
 
-    def step(self, command: Command) -> Measurement:
+    def step(self, command: VelocityCommand) -> Measurement:
         """See `scenarios.plants.Plant`."""
         self._speed[self._decided] = array(command.qdot, self._decided.shape, "velocities of the command")
         advance = self._period / self._substeps * self._speed

@@ -1,0 +1,146 @@
+"""Figures of merit of a hands-on run, from its trace and the anatomy it ran in."""
+
+from collections.abc import Mapping
+from typing import Any
+
+import numpy as np
+
+from primitives.checks import Array
+from primitives.kinematics import snapshot
+from primitives.robot import Robot
+from scenarios.analysis.metrics import EVENTS
+from scenarios.analysis.trace import Trace
+from scenarios.hands_on.parts import Part
+from scenarios.hands_on.scene import HandsOnScene
+
+BETWEEN = 10
+"""Sub-samples between two cycles at which the clearance is measured too."""
+LOST = 0.1
+"""Seconds without repulsion, while the hand still pushes, after which a contact counts as lost."""
+
+
+def _poses(robot: Robot, frame: str, q: Array) -> tuple[Array, Array]:
+    """Origins (k, 3) and z axes (k, 3) of a frame at configurations (k, n)."""
+    frames = ("world", frame)
+    flat = robot.flat(frames)
+    poses = np.array([snapshot(flat, frames, row).poses[1] for row in q])
+    return poses[:, 9:], poses[:, [2, 5, 8]]
+
+
+def shaft_lines(scene: HandsOnScene, robot: Robot, trace: Trace) -> tuple[Array, Array]:
+    """(k, 3) ends and (k, 3) directions of the shaft as the plant had it after each cycle, world, metres."""
+    return _poses(robot, scene.shaft, trace["plant_q"])
+
+
+def port_offset(port: Array, ends: Array, axes: Array) -> Array:
+    """(k,) distances of the port from the shafts' lines, metres."""
+    away = port - ends
+    out: Array = np.linalg.norm(away - np.sum(away * axes, axis=1)[:, None] * axes, axis=1)
+    return out
+
+
+def clearance(scene: HandsOnScene, parts: Mapping[str, Part], ends: Array, axes: Array) -> Array:
+    """(k,) smallest distance of the tool's surface from the spheres of any region, metres; inf without regions."""
+    out = np.full(len(ends), np.inf)
+    for name, forbidden in scene.forbidden.items():
+        cloud = parts[name].cloud
+        if forbidden.keeps_out == "tip":
+            found = cloud.distance(ends)
+        else:
+            starts = ends - scene.parameters.shaft_length * axes
+            found = np.array([cloud.segment_distance(a, b) for a, b in zip(ends, starts, strict=True)])
+        out = np.minimum(out, found - forbidden.tool_radius)
+    return out
+
+
+def _between(scene: HandsOnScene, robot: Robot, parts: Mapping[str, Part], q: Array, at: Array) -> float:
+    """Smallest clearance at sub-samples of the joints' way between cycles, metres.
+
+    Only near the smallest clearances is looked between: a cycle where the tool is farther off than what it can move
+    within one cannot hold the smallest.
+    """
+    ends, _ = _poses(robot, scene.shaft, q)
+    moved = float(np.linalg.norm(np.diff(ends, axis=0), axis=1).max(initial=0.0))
+    reach = 20.0 * moved + 1e-4
+    close = np.flatnonzero(at[:-1] < at.min() + reach)
+    shares = np.arange(1, BETWEEN) / BETWEEN
+    ways = [q[i] + s * (q[i + 1] - q[i]) for i in close for s in shares]
+    if not ways:
+        return float(at.min())
+    found = clearance(scene, parts, *_poses(robot, scene.shaft, np.array(ways)))
+    return float(min(found.min(), at.min()))
+
+
+def contact_lost(touching: Array, pushing: Array, period: float) -> bool:
+    """Whether a contact that had begun was lost for long while the hand still pushed."""
+    first = np.flatnonzero(touching & pushing)
+    if not len(first):
+        return False
+    free = pushing[first[0] :] & ~touching[first[0] :]
+    longest, run = 0, 0
+    for value in free:
+        run = run + 1 if value else 0
+        longest = max(longest, run)
+    return longest * period > LOST
+
+
+def summary(trace: Trace, scene: HandsOnScene, parts: Mapping[str, Part]) -> dict[str, Any]:
+    """What `vfi run --json` prints of a hands-on run; the keys are documented in docs/hands_on.md."""
+    header, robot, period = trace.header, scene.build_robot(), float(trace.header["period_s"])
+    port = np.array(scene.port)
+    ends, axes = shaft_lines(scene, robot, trace)
+    offset = port_offset(port, ends, axes)
+    at = clearance(scene, parts, ends, axes)
+    force = np.linalg.norm(trace["hand_wrench"][:, :3], axis=1)
+    touching = np.linalg.norm(trace["repulsion"], axis=1) > 0.0
+    times, states, limited = trace["cycle_us"], trace["state"], trace["limited"].astype(int)
+    p5, median, p99 = (float(p) for p in np.percentile(times, [5, 50, 99]))
+    travel = float(np.linalg.norm(np.diff(ends, axis=0), axis=1).sum())
+    return {
+        "scene": header["scene"],
+        "robot": header["robot"],
+        "plant": header["plant"],
+        "enforcement": header["enforcement"],
+        "integrator": header["solver"],
+        "form": header["form"],
+        "guard": header["guard"],
+        "period_s": period,
+        "cycles": len(trace.records),
+        "port_error_m": {"max": float(offset.max()), "rms": float(np.sqrt(np.mean(offset**2)))},
+        "reference_port_error_m": _norms(trace["x_c"]),
+        "clearance_m": {
+            "at_samples": float(at.min()),
+            "between_samples": _between(scene, robot, parts, trace["plant_q"], at) if np.isfinite(at.min()) else None,
+        },
+        "passivity_excess_J": float(trace["excess"][-1]),
+        "passivity_excess_chord_J": float(trace["excess_chord"][-1]),
+        "hand_work_J": float(trace["hand"][-1]),
+        "dissipated_J": float(trace["dissipated"][-1]),
+        "contact_fraction": float(touching.mean()),
+        "slipped": contact_lost(touching, force > 0.1 * force.max(initial=0.0), period),
+        "max_force_N": float(force.max()),
+        "max_repulsion_N": float(np.linalg.norm(trace["repulsion"][:, :3], axis=1).max()),
+        "contact_force_N": {
+            name.removeprefix("contact_"): float(np.linalg.norm(trace[name], axis=1).max())
+            for name in trace.columns
+            if name.startswith("contact_")
+        },
+        "travel_m": travel,
+        "speed_m_s": {"max": float(np.linalg.norm(np.diff(ends, axis=0), axis=1).max() / period)},
+        "substeps": {"mean": float(trace["substeps"].mean()), "max": int(trace["substeps"].max())},
+        "limited_cycles": {
+            word: int(np.count_nonzero(limited & bit))
+            for word, bit in (("velocity", 1), ("position", 2), ("singularity", 4), ("port", 8), ("substeps", 16))
+        },
+        "degraded_cycles": int(np.count_nonzero(states == 1.0)),
+        "stopped_cycles": int(np.count_nonzero(states > 1.0)),
+        "events": [event._asdict() for event in trace.events[:EVENTS]],
+        "cycle_us": {"p5": p5, "median": median, "p99": p99, "max": float(times.max())},
+        "seed": header["seed"],
+        "versions": header["versions"],
+    }
+
+
+def _norms(values: Array) -> dict[str, float]:
+    norms = np.linalg.norm(values, axis=1)
+    return {"max": float(norms.max()), "rms": float(np.sqrt(np.mean(norms**2)))}

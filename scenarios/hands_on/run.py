@@ -1,0 +1,146 @@
+"""One hands-on run: hand, admittance and plant in a loop, to a trace."""
+
+from collections.abc import Callable, Mapping
+from contextlib import nullcontext
+from pathlib import Path
+from time import perf_counter
+from typing import Any
+
+import numpy as np
+
+from admittance import Admittance
+from primitives.checks import Array
+from primitives.errors import InputError
+from scenarios.analysis.trace import Event, Trace, TraceWriter
+from scenarios.hands_on.parts import Part, build_parts
+from scenarios.hands_on.scene import HandsOnScene
+from scenarios.hands_on.scene_file import dump_hands_on
+from scenarios.hands_on.plant import build_plant
+from scenarios.run import DRAIN_SECONDS, PROGRESS_SECONDS, no_collection, versions
+
+KIND = "hands-on"
+"""What `kind` in the header of a trace says."""
+
+
+class Extras:
+    """What the admittance does not know, beside its records: what the plant measured and what the hand did.
+
+    plant_q (n,) measured joints, rad and m; hand_wrench (6,) wrench of the hand on the handle, world axes, N and Nm; and
+    contact_NAME (3,) the force on the tool of the port and of each part, N.
+    """
+
+    def __init__(self, first: int, robot_n: int, touched: tuple[str, ...], cycles: int):
+        self.columns, at = {}, first
+        for name, size in (("plant_q", robot_n), ("hand_wrench", 6), *((f"contact_{name}", 3) for name in touched)):
+            self.columns[name] = slice(at, at + size)
+            at += size
+        self._first, self._touched = first, touched
+        self.values: Array = np.zeros((cycles, at - first))
+
+    def put(self, k: int, q: Array, hand: Array, forces: Mapping[str, Array]) -> None:
+        """Write those of cycle k."""
+        row, n = self.values[k], len(q)
+        row[:n], row[n : n + 6] = q, hand
+        for i, name in enumerate(self._touched):
+            row[n + 6 + 3 * i : n + 9 + 3 * i] = forces[name]
+
+
+def _header(scene: HandsOnScene, admittance: Admittance, plant: str, seed: int) -> Mapping[str, Any]:
+    return {
+        "kind": KIND,
+        "scene": scene.name,
+        "robot": scene.robot,
+        "solver": scene.integrator,
+        "form": scene.form,
+        "enforcement": "admittance",
+        "plant": plant,
+        "guard": "off",
+        "period_s": scene.period,
+        "seed": seed,
+        "joints": list(admittance.robot.joints),
+        "decided": list(admittance.joints),
+        "port": list(scene.port),
+        "shaft": scene.shaft,
+        "constraints": {},
+        "enforced": list(scene.forbidden),
+        "range_m": scene.parameters.d_0,
+        "regions": {
+            name: {"keeps_out": f.keeps_out, "tool_radius": f.tool_radius, "radius": admittance.regions[name].safe}
+            for name, f in scene.forbidden.items()
+        },
+        "versions": versions(),
+        "resolved_scene": dump_hands_on(scene),
+    }
+
+
+def run_hands_on(
+    scene: HandsOnScene,
+    *,
+    plant: str = "kinematic",
+    seed: int = 0,
+    out: Path | None = None,
+    progress: Callable[[float], None] | None = None,
+    parts: Mapping[str, Part] | None = None,
+) -> Trace:
+    """Run a hands-on scene.
+
+    Parameters
+    ----------
+    plant : "kinematic" or "mujoco", see `scenarios.plants`.
+    seed : of everything random; the same seed gives the same run to the bit.
+    out : file that the trace is written to while the run goes on.
+    progress : called about ten times a second with the share that is done.
+    parts : the anatomy, where it has been built already.
+
+    Raises
+    ------
+    InputError, UnknownNameError : the scene does not fit its robot, or a name or number is wrong.
+    PlantError : the simulation broke down.
+    """
+    robot = scene.build_robot()
+    anatomy = build_parts(scene.anatomy, np.array(scene.port)) if parts is None else parts
+    admittance = scene.build(robot, anatomy)
+    cycles = round(scene.duration / scene.period)
+    if cycles < 1:
+        raise InputError(f"duration: expected at least the period, {scene.period:g} s, got {scene.duration:g} s")
+    clouds = {name: part.cloud for name, part in anatomy.items()}
+    body = build_plant(plant, scene, robot, clouds, seed)
+    hand = scene.hand.hand(
+        np.array(scene.port), scene.first_end(robot), scene.parameters.shaft_length, clouds, seed
+    )
+    measurement = body.reset()
+    width = admittance.ring.shape[1]
+    extras = Extras(width, robot.n, tuple(body.contact_forces), cycles)
+    columns = {**admittance.columns, **extras.columns}
+    header, drained, half = _header(scene, admittance, plant, seed), 0, len(admittance.ring) // 2
+    blocks: list[Array] = []
+    events: list[Event] = []
+    with TraceWriter(out, columns, header) if out else nullcontext() as writer, no_collection():
+        wrote, told, state = perf_counter(), 0.0, 0
+        handle = admittance.handle, np.zeros(3)
+        for k in range(cycles):
+            wrench = hand.wrench(measurement.t, *(body.handle or handle))
+            motion = admittance.step(measurement.t, body.push(wrench))
+            handle = motion.handle, motion.handle_velocity
+            if motion.state != state:
+                state = motion.state
+                events.append(Event(measurement.t, motion.state.name, motion.reason))
+                if writer is not None:
+                    writer.note(events[-1])
+            measurement = body.step(motion)
+            extras.put(k, measurement.q, wrench, body.contact_forces)
+            now = perf_counter()
+            if admittance.cycles - drained >= half or now - wrote > DRAIN_SECONDS or k == cycles - 1:
+                rows = np.arange(drained, admittance.cycles)
+                block = np.hstack([admittance.ring[rows % len(admittance.ring)], extras.values[rows]])
+                blocks.append(block)
+                if writer is not None:
+                    writer.write(block)
+                drained, wrote = admittance.cycles, now
+            if progress is not None and now - told > PROGRESS_SECONDS:
+                progress((k + 1) / cycles)
+                told = now
+    if progress is not None:
+        progress(1.0)
+    return Trace(header, columns, np.concatenate(blocks), tuple(events))
+
