@@ -12,6 +12,8 @@ from primitives.files.document import Document, Problem, refuse
 from primitives.files.model import Names, show, validate
 from primitives.files.yaml_file import read, write
 from primitives.spec import declared_names
+from scenarios.hands_on.scene import HandsOnScene
+from scenarios.hands_on.scene_file import HandsOnModel
 from scenarios.robots import robots
 from scenarios.scene import Scene
 from scenarios.scene_model import SceneModel, scene_data
@@ -22,7 +24,22 @@ MAX_FILES = 4
 
 
 def load_scene(path_or_name: str | Path) -> Scene:
+    """A scene whose reference is a trajectory, by its name or from a file; see `load_any`.
+
+    Raises
+    ------
+    InputError : it is a hands-on scene. Others as `load_any`.
+    """
+    scene = load_any(path_or_name)
+    if not isinstance(scene, Scene):
+        raise InputError(f'scene "{scene.name}" is led by a hand, expected one that follows a trajectory')
+    return scene
+
+
+def load_any(path_or_name: str | Path, robot: str | None = None) -> Scene | HandsOnScene:
     """A scene by its name, or from a file: whatever is a Path or ends in ".yaml" or ".yml".
+
+    A file that names a port is a hands-on scene. robot chooses a named scene's variant for that robot, if it has one.
 
     Raises
     ------
@@ -30,8 +47,9 @@ def load_scene(path_or_name: str | Path) -> Scene:
     UnknownNameError : no such scene.
     """
     is_file = isinstance(path_or_name, Path) or path_or_name.endswith((".yaml", ".yml"))
-    document = _with_bases(Path(path_or_name) if is_file else scene_path(str(path_or_name)), ())
-    model = validate(SceneModel, document, _names(document.data))
+    document = _with_bases(Path(path_or_name) if is_file else scene_path(str(path_or_name), robot), ())
+    by_hand = isinstance(document.data, dict) and "port" in document.data
+    model = validate(HandsOnModel if by_hand else SceneModel, document, _names(document.data))
     try:
         return model.build()
     except InputError as error:

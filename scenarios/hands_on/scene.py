@@ -10,7 +10,7 @@ from admittance import TABLE_1, Admittance, Parameters, Region
 from primitives.checks import Array, array, known, number
 from primitives.elements import Point, Segment
 from primitives.robot import Robot
-from scenarios.hands_on.parts import PartSource
+from scenarios.hands_on.parts import AnatomySource, Part
 from scenarios.hands_on.pull import Pull
 from scenarios.robots import robots
 from scenarios.scene import check_duration, check_name
@@ -53,7 +53,7 @@ class HandsOnScene:
     port : (3,) p_c, world, metres. port_radius : clear radius of the ring that it is in a plant with contact, metres.
     parameters : of the target admittance.
     form, integrator : see `admittance.Admittance`.
-    anatomy : {name: where its surface comes from}.
+    anatomy : see `AnatomySource`.
     forbidden : {name of a part: what of the tool it keeps out}.
     hand : see `Pull`.
     period : T, seconds. duration : seconds.
@@ -68,7 +68,7 @@ class HandsOnScene:
     robot: str
     start: tuple[float, ...]
     port: tuple[float, float, float]
-    anatomy: Mapping[str, PartSource]
+    anatomy: AnatomySource
     forbidden: Mapping[str, Forbidden]
     hand: Pull
     duration: float
@@ -89,7 +89,7 @@ class HandsOnScene:
             number(getattr(self, what), f"{what} of scene {self.name}", positive=True)
         check_duration(self.duration, self.period)
         for name in self.forbidden:
-            known("part of the anatomy", name, self.anatomy)
+            known("part of the anatomy", name, self.anatomy.parts)
 
     def with_changes(self, **changes: Any) -> Self:
         """The scene with other values of some attributes."""
@@ -109,7 +109,7 @@ class HandsOnScene:
             return Point.at([0.0, 0.0, 0.0], frame=self.shaft)
         return Segment.between([0.0, 0.0, 0.0], [0.0, 0.0, -self.parameters.shaft_length], frame=self.shaft)
 
-    def build(self, robot: Robot, parts: "Mapping[str, Any]", **changes: Any) -> Admittance:
+    def build(self, robot: Robot, parts: Mapping[str, Part], **changes: Any) -> Admittance:
         """The admittance at the start.
 
         Parameters

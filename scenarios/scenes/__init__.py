@@ -1,6 +1,6 @@
 """The scenes that can be named: the YAML files of this folder, those of installed plug-ins, those registered by hand.
 
-A file of this folder that has no `name` is only the base of others. From outside, `register_scene(path)` or an entry
+A file of this folder that has no `name` is only the base of others; NAME.ROBOT.yaml is the scene NAME for another robot. From outside, `register_scene(path)` or an entry
 point ``active_constraints.scenes`` that leads to a path adds one. Importing this loads no robot and no compiler.
 """
 
@@ -29,7 +29,7 @@ def _name(path: Path) -> str | None:
 
 @cache
 def _built_in() -> dict[str, Path]:
-    named = ((_name(path), path) for path in sorted(FOLDER.glob("*.yaml")))
+    named = ((_name(path), path) for path in sorted(FOLDER.glob("*.yaml")) if "." not in path.stem)
     return {name: path for name, path in named if name is not None}
 
 
@@ -79,9 +79,10 @@ def scene_names() -> tuple[str, ...]:
     return tuple(scene_paths())
 
 
-def scene_path(name: str) -> Path:
-    """The file of a scene; raises UnknownNameError, which proposes the nearest name."""
+def scene_path(name: str, robot: str | None = None) -> Path:
+    """The file of a scene, for that robot if it has one; raises UnknownNameError, which proposes the nearest name."""
     paths = scene_paths()
     if name not in paths:
         raise UnknownNameError("scene", name[:100], paths)
-    return paths[name]
+    variant = paths[name].with_name(f"{paths[name].stem}.{robot}.yaml")
+    return variant if robot is not None and variant.exists() else paths[name]

@@ -1,0 +1,141 @@
+"""The anatomy of a scene: which surfaces, where they lie under the port, and the clouds that cover them."""
+
+from collections.abc import Mapping
+from dataclasses import dataclass
+from pathlib import Path
+from typing import NamedTuple
+
+import numpy as np
+
+from primitives import dual_quaternion as dq
+from primitives.checks import Array, array, known, number
+from primitives.errors import InputError
+from primitives.files.mesh_file import read_surface
+from primitives.point_cloud import PointCloud
+from primitives.surface import Surface
+from primitives.units import METRES, check_size
+from scenarios.anatomy import Bowl, Shape, cortex, kidney, under_port
+
+FILES = "files"
+KINDS = ("bowl", "cortex", "kidney", FILES)
+EXPECTED = 0.1
+"""About how long a part on a file is, metres; ten times as much or as little is another unit."""
+
+
+@dataclass(frozen=True)
+class AnatomySource:
+    """Where the anatomy of a scene comes from and how it lies under the port.
+
+    Attributes
+    ----------
+    kind : "kidney" or "cortex", an organ with vessels; "bowl"; or "files". See `scenarios.anatomy`.
+    cover : {part: d_c}, radius of the spheres that cover it, metres. Parts are "organ" and "vessels", or "bowl".
+    at : (3,) of the origin of a procedural anatomy, relative to the port, metres, world axes.
+    turn : about the world's z axis, rad; on files about the axis of the port.
+    radius, opening : of a bowl, metres and rad.
+    organ, vessels : files (PLY, STL, OBJ, GLB, PCD), of which one may be missing. unit : of their coordinates.
+    depth : of the nearest point of files below the port, metres.
+
+    Raises
+    ------
+    InputError, UnknownNameError : an unknown kind, part or unit, a number out of range, or no file.
+    """
+
+    kind: str
+    cover: Mapping[str, float]
+    at: tuple[float, float, float] = (0.0, 0.0, 0.0)
+    turn: float = 0.0
+    radius: float = 0.012
+    opening: float = 1.4
+    organ: str = ""
+    vessels: str = ""
+    unit: str = "m"
+    depth: float = 0.1
+
+    def __post_init__(self) -> None:
+        known("kind of anatomy", self.kind, KINDS)
+        known("unit of length", self.unit, METRES)
+        for name in self.parts:
+            if name not in self.cover:
+                raise InputError(f'cover of the anatomy: expected a radius for "{name}", got {dict(self.cover)}')
+        for name, radius in self.cover.items():
+            known("part of the anatomy", name, ("organ", "vessels", "bowl"))
+            number(radius, f'cover of "{name}", metres', positive=True)
+        object.__setattr__(self, "at", tuple(array(self.at, (3,), "at of the anatomy").tolist()))
+        number(self.turn, "turn of the anatomy, rad")
+        for name in ("radius", "opening", "depth"):
+            number(getattr(self, name), f"{name} of the anatomy", positive=True)
+        if (self.kind == FILES) != bool(self.organ or self.vessels):
+            raise InputError(f'anatomy "{self.kind}": files (organ, vessels) go with the kind "{FILES}", and need it')
+
+    @property
+    def parts(self) -> tuple[str, ...]:
+        """Names of the parts."""
+        if self.kind == FILES:
+            return tuple(name for name in ("organ", "vessels") if getattr(self, name))
+        return ("bowl",) if self.kind == "bowl" else ("organ", "vessels")
+
+
+class Part(NamedTuple):
+    """A part of the anatomy.
+
+    Attributes
+    ----------
+    cloud : its surface, covered by spheres, at its place in the world.
+    surface : triangles to draw, in the world; without faces where a file had only points.
+    shape : of a procedural part, with the exact distance; None of a file.
+    """
+
+    cloud: PointCloud
+    surface: Surface
+    shape: Shape | None
+
+
+def build_parts(source: AnatomySource, port: Array, seed: int = 0) -> dict[str, Part]:
+    """Every part by name, at its place; the same for the same seed.
+
+    Raises
+    ------
+    FileError, InputError : a file that cannot be read, in another unit, or whose points leave gaps.
+    """
+    if source.kind == FILES:
+        return _from_files(source, port, seed)
+    half = 0.5 * source.turn
+    turned = np.array([np.cos(half), 0.0, 0.0, np.sin(half)])
+    pose = dq.from_rotation_translation(turned, np.array(port) + source.at)
+    shapes: dict[str, Shape]
+    if source.kind == "bowl":
+        shapes = {"bowl": Bowl(source.radius, source.opening).placed(pose)}
+    else:
+        anatomy = (kidney if source.kind == "kidney" else cortex)().placed(pose)
+        shapes = {"organ": anatomy.organ, "vessels": anatomy.vessels}
+    return {
+        name: Part(shape.cloud(source.cover[name], seed), shape.surface(0.5 * source.cover[name]), shape)
+        for name, shape in shapes.items()
+    }
+
+
+def _from_files(source: AnatomySource, port: Array, seed: int) -> dict[str, Part]:
+    surfaces = {}
+    for name in source.parts:
+        file = getattr(source, name)
+        surfaces[name] = read_surface(Path(file), unit=source.unit)
+        extent = float(np.ptp(surfaces[name].bounds, axis=0).max())
+        check_size(extent, EXPECTED, unit=source.unit, what=file)
+    vessels = surfaces.get("vessels", next(iter(surfaces.values())))
+    if len(surfaces) == 2:
+        pose = under_port(port, source.depth, vessels=vessels, organ=surfaces["organ"], turn=source.turn)
+    else:
+        top = vessels.vertices[np.argmax(vessels.vertices[:, 2])]
+        pose = dq.from_rotation_translation(
+            np.array([1.0, 0.0, 0.0, 0.0]), np.array(port) - [0.0, 0.0, source.depth] - top
+        )
+    parts = {}
+    for name, surface in surfaces.items():
+        radius = source.cover[name]
+        if len(surface.faces):
+            cloud = PointCloud.from_surface(surface, radius=radius, seed=seed, pose=pose)
+        else:
+            cloud = PointCloud.from_points(surface.vertices, radius=radius, pose=pose)
+        parts[name] = Part(cloud, surface.placed(pose), None)
+    return parts

@@ -1,0 +1,147 @@
+"""What a hands-on scene file may hold, and YAML <-> `HandsOnScene`, without loss."""
+
+from dataclasses import asdict, fields
+from typing import Annotated, Any
+
+from pydantic import AfterValidator, Field, PlainValidator, ValidationInfo
+
+from admittance import NEURO8, TABLE_1, Parameters
+from primitives.errors import InputError
+from primitives.files.fields import Numbers, Positive, Text, Vector, check_text, list_of, one_of, refers_to
+from primitives.files.model import FileModel, show
+from primitives.files.yaml_file import write
+from scenarios.hands_on.parts import KINDS, AnatomySource
+from scenarios.hands_on.pull import WAYS, Pull, Way, Waypoint
+from scenarios.hands_on.scene import TOOL_PARTS, Forbidden, HandsOnScene, ToolPart
+from scenarios.robots import robots
+from scenarios.scene import check_name
+
+PARAMETERS = {"table-1": TABLE_1, "neuro8": NEURO8}
+"""Sets of parameters that a file can begin from."""
+NotNegative = Annotated[float, Field(ge=0.0)]
+
+
+class _WaypointModel(FileModel):
+    t: NotNegative
+    to: Vector | None = None
+    into: Text | None = None
+    across: Text | None = None
+    beyond: float = 0.0
+
+    def build(self) -> Waypoint:
+        given: list[tuple[Way, Any]] = [(way, getattr(self, way)) for way in WAYS if getattr(self, way) is not None]
+        if len(given) != 1:
+            raise InputError(f"expected one of {', '.join(WAYS)}, got {len(given)}")
+        way, at = given[0]
+        return Waypoint(self.t, at if isinstance(at, str) else (at[0], at[1], at[2]), self.beyond, way)
+
+
+class _HandModel(FileModel):
+    waypoints: Annotated[list[_WaypointModel], list_of(_WaypointModel)]
+    stiffness: NotNegative = Pull.stiffness
+    damping: NotNegative = Pull.damping
+    most: Positive = Pull.most
+    tremor: NotNegative = Pull.tremor
+    delay: NotNegative = Pull.delay
+
+
+class _AnatomyModel(FileModel):
+    kind: Annotated[str, one_of("kind of anatomy", lambda: KINDS)]
+    cover: dict[str, Positive]
+    at: Vector = [0.0, 0.0, 0.0]
+    turn: float = AnatomySource.turn
+    radius: Positive = AnatomySource.radius
+    opening: Positive = AnatomySource.opening
+    organ: str = AnatomySource.organ
+    vessels: str = AnatomySource.vessels
+    unit: str = AnatomySource.unit
+    depth: Positive = AnatomySource.depth
+
+
+class _ForbiddenModel(FileModel):
+    keeps_out: Annotated[ToolPart, one_of("part of the tool", lambda: TOOL_PARTS)]
+    tool_radius: NotNegative = 0.0
+
+
+def _parameters(value: Any, info: ValidationInfo) -> Parameters:
+    """A name of PARAMETERS, or keys and values: `set` names the set that the other keys change."""
+    names = ", ".join(PARAMETERS)
+    if isinstance(value, str):
+        value = {"set": value}
+    if not isinstance(value, dict):
+        raise InputError(f"expected a set ({names}), or keys and values, got {show(value)}")
+    changes = dict(value)
+    base = changes.pop("set", "table-1")
+    if base not in PARAMETERS:
+        raise InputError(f"set: expected one of {names}, got {show(base)}")
+    known = [f.name for f in fields(Parameters)]
+    for key in changes:
+        if key not in known:
+            raise InputError(f'unknown key "{key}"; known: set, {", ".join(known)}')
+    changes = {k: tuple(v) if isinstance(v, list) else v for k, v in changes.items()}
+    return Parameters(**(asdict(PARAMETERS[base]) | changes))
+
+
+class HandsOnModel(FileModel):
+    """The keys of a hands-on scene file, once those of its base are joined."""
+
+    name: Annotated[Text, AfterValidator(check_name)]
+    summary: Text
+    robot: Annotated[str, one_of("robot", robots.names)]
+    group: Annotated[Text, refers_to("joint group")] = "all"
+    shaft: Annotated[Text, refers_to("frame")] = "tip"
+    start: Numbers
+    port: Vector
+    port_radius: Positive = HandsOnScene.port_radius
+    parameters: Annotated[Parameters, PlainValidator(_parameters)] = TABLE_1
+    form: Annotated[str, one_of("form", lambda: ("reduced", "full", "printed"))] = HandsOnScene.form
+    integrator: Annotated[str, one_of("integrator", lambda: ("semi-implicit", "euler", "rk4", "robust"))] = (
+        HandsOnScene.integrator
+    )
+    anatomy: _AnatomyModel
+    forbidden: dict[str, _ForbiddenModel]
+    hand: _HandModel
+    period: Positive = HandsOnScene.period
+    duration: Positive
+
+    def build(self) -> HandsOnScene:
+        """The scene that the file declares; raises InputError."""
+        own = {name: getattr(self, name) for name in ("name", "summary", "robot", "group", "shaft", "port_radius")}
+        own |= {name: getattr(self, name) for name in ("parameters", "form", "integrator", "period", "duration")}
+        anatomy = self.anatomy.model_dump()
+        hand = {k: v for k, v in self.hand.model_dump().items() if k != "waypoints"}
+        return HandsOnScene(
+            **own,
+            start=tuple(self.start),
+            port=(self.port[0], self.port[1], self.port[2]),
+            anatomy=AnatomySource(**(anatomy | {"at": tuple(anatomy["at"])})),
+            forbidden={k: Forbidden(f.keeps_out, f.tool_radius) for k, f in self.forbidden.items()},
+            hand=Pull(waypoints=tuple(w.build() for w in self.hand.waypoints), **hand),
+        )
+
+
+def hands_on_data(scene: HandsOnScene) -> dict[str, Any]:
+    """The scene as plain data, from which `HandsOnModel` builds an equal one; raises InputError."""
+    plain = {name: getattr(scene, name) for name in ("name", "robot", "group", "shaft", "form", "integrator")}
+    waypoints = [
+        {"t": w.t, w.way: w.at if isinstance(w.at, str) else list(w.at), "beyond": w.beyond} for w in scene.hand.waypoints
+    ]
+    parameters = {k: list(v) if isinstance(v, tuple) else v for k, v in asdict(scene.parameters).items()}
+    return {
+        **plain,
+        "summary": check_text(scene.summary),
+        "start": list(scene.start),
+        "port": list(scene.port),
+        "port_radius": float(scene.port_radius),
+        "parameters": parameters,
+        "anatomy": {**asdict(scene.anatomy), "at": list(scene.anatomy.at), "cover": dict(scene.anatomy.cover)},
+        "forbidden": {name: asdict(f) for name, f in scene.forbidden.items()},
+        "hand": {**{k: v for k, v in asdict(scene.hand).items() if k != "waypoints"}, "waypoints": waypoints},
+        "period": float(scene.period),
+        "duration": float(scene.duration),
+    }
+
+
+def dump_hands_on(scene: HandsOnScene) -> str:
+    """The scene as YAML, on no base: what is loaded from it is equal to the scene."""
+    return write(hands_on_data(scene))
