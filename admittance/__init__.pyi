@@ -1,4 +1,10 @@
 from .controller import Admittance as Admittance
+from .hand import Delay as Delay
+from .hand import Hand as Hand
+from .hand import ScriptedHand as ScriptedHand
+from .hand import SpringHand as SpringHand
+from .hand import Tremor as Tremor
+from .hand_file import load_hand as load_hand
 from .messages import Motion as Motion
 from .messages import Proposal as Proposal
 from .nullspace import FreeMotion as FreeMotion
@@ -8,7 +14,11 @@ from .outcome import State as State
 from .parameters import NEURO8 as NEURO8
 from .parameters import TABLE_1 as TABLE_1
 from .parameters import Parameters as Parameters
+from .potential import Repulsion as Repulsion
+from .potential import repulsion as repulsion
 from .regions import Cloud as Cloud
+from .potential import Repulsion as Repulsion
+from .potential import repulsion as repulsion
 from .regions import Region as Region
 
 __all__ = [
@@ -16,12 +26,20 @@ __all__ = [
     "TABLE_1",
     "Admittance",
     "Cloud",
+    "Delay",
     "FreeMotion",
+    "Hand",
     "Motion",
     "Parameters",
     "Proposal",
     "Reason",
     "Region",
+    "Repulsion",
+    "ScriptedHand",
+    "SpringHand",
     "State",
+    "Tremor",
     "free_motion",
+    "load_hand",
+    "repulsion",
 ]

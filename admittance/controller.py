@@ -45,7 +45,8 @@ class Admittance:
     condition_limit : largest condition of J_t (SI units: m/s and rad/s per joint velocity) that motions may lead to.
     force_ceiling, torque_ceiling : a wrench beyond these is no hand's, N and Nm.
     linear_below : clearance below which the potential goes on linearly, metres; 0 for the paper's barrier.
-    sight : how far beyond d_0 cloud points are looked at, metres.
+    sight : how far beyond d_0 cloud points are looked at, metres; `propose` gives their rows. Default 0.010 for the
+        robust integrator, which needs it, else 0.
     implicit_stiffness : add T^2 K_GN to the metric of `propose` and of the semi-implicit step.
     ring : records kept until they are drained.
 
@@ -75,7 +76,7 @@ class Admittance:
         force_ceiling: float = 200.0,
         torque_ceiling: float = 100.0,
         linear_below: float = 0.0,
-        sight: float = 0.010,
+        sight: float | None = None,
         implicit_stiffness: bool = False,
         ring: int = 512,
     ):
@@ -88,7 +89,7 @@ class Admittance:
             force_ceiling,
             torque_ceiling,
             linear_below,
-            sight,
+            (0.010 if integrator == "robust" else 0.0) if sight is None else sight,
             implicit_stiffness,
         )
         handle = sensor or Point.at([0.0, 0.0, -parameters.shaft_length], frame=shaft)

@@ -25,7 +25,8 @@ class Parameters:
     redundant_inertia, redundant_damping : of every coordinate of a motion that leaves the shaft alone; kg m^2 and
         N m s/rad where the joint is revolute (kg and N s/m where it slides).
     alpha, beta : gains of x_c's dynamics in the full form (25), 1/s; critically damped where they are equal.
-    port_gain : gain of x_c's dynamics in the reduced form, dx_c/dt = -port_gain x_c, 1/s.
+    port_gain : gain of x_c's dynamics in the reduced form, dx_c/dt = -port_gain x_c, 1/s. Paper A has none; what a
+        step of 4 ms adds to x_c in guided motion is kept below 1e-6 m by 100 1/s, in fast slips below 2e-5 m.
     W : weights of the inverses (19): one number for all joints, which cancels, or one each.
     k : gain of the barrier potential (9), J.
     d_0 : range of the barrier potential beyond the safe distance, metres.
@@ -48,7 +49,7 @@ class Parameters:
     redundant_damping: float = 60.0
     alpha: float = 25.0
     beta: float = 25.0
-    port_gain: float = 25.0
+    port_gain: float = 100.0
     W: float | tuple[float, ...] = 1.5
     k: float = 0.01
     d_0: float = 0.0115
