@@ -2,7 +2,7 @@
 
 from primitives.registry import pairs
 from scenarios.robots import robots
-from scenarios.scene_file import load_scene
+from scenarios.scene_file import load_any
 from scenarios.scenes import scene_names
 from vfi.backends import solvers
 
@@ -15,7 +15,7 @@ def _first_line(text: str | None) -> str:
 def catalogue() -> dict[str, dict[str, str]]:
     """{kind: {name: one line}}."""
     return {
-        "scenes": {name: load_scene(name).summary for name in scene_names()},
+        "scenes": {name: load_any(name).summary for name in scene_names()},
         "robots": {name: robots[name].summary for name in robots.names()},
         "solvers": {name: solvers[name].summary for name in solvers.names()},
         "primitives": {name: _first_line(pairs[name].kernel.__doc__) for name in pairs.names()},

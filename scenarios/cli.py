@@ -7,12 +7,9 @@ from contextlib import contextmanager
 from enum import StrEnum
 from importlib.metadata import version
 from pathlib import Path
-from typing import TYPE_CHECKING, Annotated
+from typing import Annotated, Any
 
 import typer
-
-if TYPE_CHECKING:
-    from scenarios.analysis.trace import Trace
 
 app = typer.Typer(
     help="Active constraints for surgical robots: run scenes, compare enforcements, look at what happened.",
@@ -21,6 +18,13 @@ app = typer.Typer(
     pretty_exceptions_enable=False,
 )
 BAD_INPUT = 2
+
+
+class PlantName(StrEnum):
+    """Plants as the command line spells them."""
+
+    kinematic = "kinematic"
+    mujoco = "mujoco"
 
 
 class GuardMode(StrEnum):
@@ -79,23 +83,45 @@ def run(
     ),
     seed: Annotated[int, typer.Option(help="Seed of everything random.", min=0)] = 0,
     robot: Annotated[str | None, typer.Option(help="Another robot than the scene's.")] = None,
+    plant: Annotated[
+        PlantName, typer.Option(help="Of hands-on scenes: ideal joints, or physics.")
+    ] = PlantName.kinematic,
+    integrator: Annotated[
+        str | None, typer.Option(help="Of hands-on scenes: semi-implicit, euler, rk4, robust; default: the scene's.")
+    ] = None,
+    form: Annotated[str | None, typer.Option(help="Of the target dynamics: reduced, full, printed.")] = None,
+    organ: Annotated[Path | None, typer.Option(help="Of hands-on scenes: PLY, STL, OBJ, GLB or PCD file.")] = None,
+    vessels: Annotated[Path | None, typer.Option(help="Likewise; what the tool must not touch.")] = None,
+    unit: Annotated[str, typer.Option(help="Of these files: m, cm or mm.")] = "m",
     out: Annotated[Path | None, typer.Option(help="Folder for traces, summary and figures.")] = None,
     as_json: Annotated[bool, typer.Option("--json", help="Print JSON instead of a table.")] = False,
 ) -> None:
     """Run scenes and show which constraints were violated."""
     with _one_clear_line():
-        from scenarios.session import prepare, run_all, write_results
+        from scenarios.session import Choices, prepare, run_all, write_results
 
-        jobs = prepare(scenes, solver=solver, period=period, guard=guard.value, seed=seed, robot=robot, out=out)
+        choices = Choices(
+            solver=solver,
+            period=period,
+            guard=guard.value,
+            seed=seed,
+            robot=robot,
+            out=out,
+            plant=plant.value,
+            integrator=integrator,
+            form=form,
+            organ=organ,
+            vessels=vessels,
+            unit=unit,
+        )
+        jobs = prepare(scenes, choices)
         traces = run_all(jobs, show_progress=sys.stderr.isatty())
-        files = write_results(jobs, traces, out) if out is not None else []
-    _show(traces, files, as_json)
+        results = [job.summary(trace) for job, trace in zip(jobs, traces, strict=True)]
+        files = write_results(jobs, traces, results, out) if out is not None else []
+    _show(results, files, as_json)
 
 
-def _show(traces: "list[Trace]", files: list[Path], as_json: bool) -> None:
-    from scenarios.analysis.metrics import summary
-
-    results = [summary(trace) for trace in traces]
+def _show(results: list[dict[str, Any]], files: list[Path], as_json: bool) -> None:
     if as_json:
         print(json.dumps(results, indent=2))
         return

@@ -49,7 +49,8 @@ def load_any(path_or_name: str | Path, robot: str | None = None) -> Scene | Hand
     is_file = isinstance(path_or_name, Path) or path_or_name.endswith((".yaml", ".yml"))
     document = _with_bases(Path(path_or_name) if is_file else scene_path(str(path_or_name), robot), ())
     by_hand = isinstance(document.data, dict) and "port" in document.data
-    model = validate(HandsOnModel if by_hand else SceneModel, document, _names(document.data))
+    names = _names(document.data)
+    model = validate(HandsOnModel, document, names) if by_hand else validate(SceneModel, document, names)
     try:
         return model.build()
     except InputError as error:

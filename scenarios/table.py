@@ -1,4 +1,4 @@
-"""The violation table of the VFI paper, on a terminal."""
+"""What came of runs, on a terminal: for those of a trajectory the violation table of the VFI paper."""
 
 from collections.abc import Sequence
 from pathlib import Path
@@ -9,6 +9,7 @@ from rich.console import Console
 from rich.table import Table
 
 from scenarios.analysis.trace import labels
+from scenarios.hands_on_table import print_hands_on
 
 PIPED_WIDTH = 120
 """Columns of the table where nobody sits at a terminal: nothing is cut off in a file."""
@@ -19,7 +20,21 @@ SHOWN = 3
 
 
 def print_results(results: Sequence[dict[str, Any]], files: Sequence[Path] = ()) -> None:
-    """Print one row a run: the smallest margin of every constraint, the violated ones marked, and what it took."""
+    """Print what came of runs, a table for each kind of scene, and the files that were written."""
+    console = Console()
+    if not console.is_terminal:
+        console.width = PIPED_WIDTH
+    followed, led = [r for r in results if "plant" not in r], [r for r in results if "plant" in r]
+    if followed:
+        _print_margins(followed, console)
+    if led:
+        print_hands_on(led, console, SHOWN)
+    for file in files:
+        console.print(f"  {file}", highlight=False)
+
+
+def _print_margins(results: Sequence[dict[str, Any]], console: Console) -> None:
+    """One row a run: the smallest margin of every constraint, the violated ones marked, and what it took."""
     names = list(dict.fromkeys(n for r in results for key in ("min_margin_m", "min_margin_rad") for n in r[key]))
     first = results[0]
     used = ", ".join(dict.fromkeys(r["solver"] for r in results))
@@ -56,16 +71,11 @@ def print_results(results: Sequence[dict[str, Any]], files: Sequence[Path] = ())
             f"{r['acceleration_rms_last_2s']:.3f}",
             f"{r['cycle_us']['median']:.0f}",
         )
-    console = Console()
-    if not console.is_terminal:
-        console.width = PIPED_WIDTH
     console.print(table)
     for r, label in zip(results, labels(results), strict=True):
         for event in r["events"][:SHOWN]:
             if event["state"] != "RUN":
                 console.print(f"  {label} at {event['t']:.3f} s {event['state']}: {event['reason']}", markup=False)
-    for file in files:
-        console.print(f"  {file}", highlight=False)
 
 
 def _margin(result: dict[str, Any], name: str) -> str:

@@ -80,8 +80,9 @@ def over_time(trace: Trace, scene: HandsOnScene, parts: Mapping[str, Part]) -> F
         safe = max(float(r["radius"]) for r in trace.header["regions"].values())
         _curve(panels[1], t, (at + safe) * 1e3, "distance from the points", COLOURS[0])
         panels[1].axhline(safe * 1e3, color=COLOURS[4], linewidth=1.0, label="must not be reached")
-        panels[1].axhline((safe + scene.parameters.d_0) * 1e3, color="#888888", linewidth=0.8, label="range of repulsion")
-        panels[1].set_ylim(0.0, min(float(at.max() + safe), 6.0 * (safe + scene.parameters.d_0)) * 1e3)
+        reach = safe + scene.parameters.d_0
+        panels[1].axhline(reach * 1e3, color="#888888", linewidth=0.8, label="range of repulsion")
+        panels[1].set_ylim(0.0, min(float(at.max() + safe), 6.0 * reach) * 1e3)
     panels[1].set_ylabel("tool to points [mm]")
     along, torque = trace["free_repulsion"][:, 0], trace["free_repulsion"][:, 1:4]
     _curve(panels[2], t, along, "force along the tool [N]", COLOURS[0])
@@ -137,4 +138,3 @@ def draw_hands_on(trace: Trace, scene: HandsOnScene, parts: Mapping[str, Part], 
         f"{stem}-{last}-damping": damping(trace, scene),
     }
     return [path for name, figure in drawn.items() for path in save(figure, folder, name)]
-

@@ -4,6 +4,7 @@ from collections.abc import Mapping
 from typing import Any
 
 import numpy as np
+from numpy.typing import NDArray
 
 from primitives.checks import Array
 from primitives.kinematics import snapshot
@@ -15,6 +16,10 @@ from scenarios.hands_on.scene import HandsOnScene
 
 BETWEEN = 10
 """Sub-samples between two cycles at which the clearance is measured too."""
+GUIDED_SPEED, GUIDED_TURN = 0.06, 0.25
+"""Largest speed of the shaft's end, m/s, and turn of the shaft, rad/s, of guided motion; beyond, the tool slips."""
+SETTLING = 0.4
+"""Seconds after a slip until motion counts as guided again: ten time constants of the port error."""
 LOST = 0.1
 """Seconds without repulsion, while the hand still pushes, after which a contact counts as lost."""
 
@@ -53,6 +58,16 @@ def clearance(scene: HandsOnScene, parts: Mapping[str, Part], ends: Array, axes:
     return out
 
 
+def guided(ends: Array, axes: Array, period: float) -> NDArray[np.bool_]:
+    """(k,) where the shaft has moved slowly for a while: what the paper's experiments call guided motion."""
+    speed = np.linalg.norm(np.diff(ends, axis=0, prepend=ends[:1]), axis=1) / period
+    turn = np.linalg.norm(np.diff(axes, axis=0, prepend=axes[:1]), axis=1) / period
+    fast = (speed > GUIDED_SPEED) | (turn > GUIDED_TURN)
+    window = max(1, round(SETTLING / period))
+    recent: NDArray[np.bool_] = np.convolve(fast, np.ones(window), mode="full")[: len(fast)] < 0.5
+    return recent
+
+
 def _between(scene: HandsOnScene, robot: Robot, parts: Mapping[str, Part], q: Array, at: Array) -> float:
     """Smallest clearance at sub-samples of the joints' way between cycles, metres.
 
@@ -71,7 +86,7 @@ def _between(scene: HandsOnScene, robot: Robot, parts: Mapping[str, Part], q: Ar
     return float(min(found.min(), at.min()))
 
 
-def contact_lost(touching: Array, pushing: Array, period: float) -> bool:
+def contact_lost(touching: NDArray[np.bool_], pushing: NDArray[np.bool_], period: float) -> bool:
     """Whether a contact that had begun was lost for long while the hand still pushed."""
     first = np.flatnonzero(touching & pushing)
     if not len(first):
@@ -108,6 +123,7 @@ def summary(trace: Trace, scene: HandsOnScene, parts: Mapping[str, Part]) -> dic
         "cycles": len(trace.records),
         "port_error_m": {"max": float(offset.max()), "rms": float(np.sqrt(np.mean(offset**2)))},
         "reference_port_error_m": _norms(trace["x_c"]),
+        "guided_reference_port_error_m": _largest_where(trace["x_c"], guided(ends, axes, period)),
         "clearance_m": {
             "at_samples": float(at.min()),
             "between_samples": _between(scene, robot, parts, trace["plant_q"], at) if np.isfinite(at.min()) else None,
@@ -139,6 +155,10 @@ def summary(trace: Trace, scene: HandsOnScene, parts: Mapping[str, Part]) -> dic
         "seed": header["seed"],
         "versions": header["versions"],
     }
+
+
+def _largest_where(values: Array, chosen: NDArray[np.bool_]) -> float:
+    return float(np.linalg.norm(values, axis=1)[chosen].max(initial=0.0))
 
 
 def _norms(values: Array) -> dict[str, float]:

@@ -18,9 +18,7 @@ TOUCHED = 1.0 / np.sqrt(3.0)
 neighbours just meet. The forbidden spheres around them reach farther, and are what must not be touched."""
 
 
-def build_plant(
-    name: str, scene: HandsOnScene, robot: Robot, clouds: Mapping[str, PointCloud], seed: int
-) -> Plant:
+def build_plant(name: str, scene: HandsOnScene, robot: Robot, clouds: Mapping[str, PointCloud], seed: int) -> Plant:
     """A plant of that name at the start of a scene.
 
     Raises

@@ -2,7 +2,8 @@
 
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
-from typing import Literal
+from itertools import pairwise
+from typing import Literal, get_args
 
 import numpy as np
 
@@ -12,7 +13,7 @@ from primitives.errors import InputError
 from primitives.point_cloud import PointCloud
 
 Way = Literal["to", "into", "across"]
-WAYS = ("to", "into", "across")
+WAYS: tuple[Way, ...] = get_args(Way)
 STEPS = 25
 """Pieces in which the handle's way from one waypoint to the next is led, so that the end of the shaft goes straight."""
 NEAREST_TO_PORT = 1e-3
@@ -79,7 +80,7 @@ class Pull:
     def __post_init__(self) -> None:
         object.__setattr__(self, "waypoints", tuple(self.waypoints))
         times = [w.t for w in self.waypoints]
-        if not times or not all(a < b for a, b in zip(times, times[1:], strict=False)):
+        if not times or not all(a < b for a, b in pairwise(times)):
             raise InputError(f"waypoints of a pull: expected at least one, with growing times, got {times[:8]}")
         for name in ("stiffness", "damping", "tremor", "delay"):
             object.__setattr__(self, name, number(getattr(self, name), f"{name} of a pull", low=0.0))
@@ -127,5 +128,5 @@ def handle_for(end: Array, port: Array, length: float) -> Array:
 
 
 def _densely(times: Sequence[float]) -> Array:
-    pieces = [np.linspace(a, b, STEPS, endpoint=False) for a, b in zip(times, times[1:], strict=False)]
+    pieces = [np.linspace(a, b, STEPS, endpoint=False) for a, b in pairwise(times)]
     return np.array([*np.concatenate([*pieces, [times[-1]]])])

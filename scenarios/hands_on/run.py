@@ -13,9 +13,9 @@ from primitives.checks import Array
 from primitives.errors import InputError
 from scenarios.analysis.trace import Event, Trace, TraceWriter
 from scenarios.hands_on.parts import Part, build_parts
+from scenarios.hands_on.plant import build_plant
 from scenarios.hands_on.scene import HandsOnScene
 from scenarios.hands_on.scene_file import dump_hands_on
-from scenarios.hands_on.plant import build_plant
 from scenarios.run import DRAIN_SECONDS, PROGRESS_SECONDS, no_collection, versions
 
 KIND = "hands-on"
@@ -25,7 +25,7 @@ KIND = "hands-on"
 class Extras:
     """What the admittance does not know, beside its records: what the plant measured and what the hand did.
 
-    plant_q (n,) measured joints, rad and m; hand_wrench (6,) wrench of the hand on the handle, world axes, N and Nm; and
+    plant_q (n,) measured joints, rad and m; hand_wrench (6,) of the hand on the handle, world axes, N and Nm; and
     contact_NAME (3,) the force on the tool of the port and of each part, N.
     """
 
@@ -105,9 +105,7 @@ def run_hands_on(
         raise InputError(f"duration: expected at least the period, {scene.period:g} s, got {scene.duration:g} s")
     clouds = {name: part.cloud for name, part in anatomy.items()}
     body = build_plant(plant, scene, robot, clouds, seed)
-    hand = scene.hand.hand(
-        np.array(scene.port), scene.first_end(robot), scene.parameters.shaft_length, clouds, seed
-    )
+    hand = scene.hand.hand(np.array(scene.port), scene.first_end(robot), scene.parameters.shaft_length, clouds, seed)
     measurement = body.reset()
     width = admittance.ring.shape[1]
     extras = Extras(width, robot.n, tuple(body.contact_forces), cycles)
@@ -143,4 +141,3 @@ def run_hands_on(
     if progress is not None:
         progress(1.0)
     return Trace(header, columns, np.concatenate(blocks), tuple(events))
-

@@ -11,7 +11,7 @@ from primitives.files.fields import Numbers, Positive, Text, Vector, check_text,
 from primitives.files.model import FileModel, show
 from primitives.files.yaml_file import write
 from scenarios.hands_on.parts import KINDS, AnatomySource
-from scenarios.hands_on.pull import WAYS, Pull, Way, Waypoint
+from scenarios.hands_on.pull import WAYS, Pull, Waypoint
 from scenarios.hands_on.scene import TOOL_PARTS, Forbidden, HandsOnScene, ToolPart
 from scenarios.robots import robots
 from scenarios.scene import check_name
@@ -29,7 +29,7 @@ class _WaypointModel(FileModel):
     beyond: float = 0.0
 
     def build(self) -> Waypoint:
-        given: list[tuple[Way, Any]] = [(way, getattr(self, way)) for way in WAYS if getattr(self, way) is not None]
+        given = [(way, getattr(self, way)) for way in WAYS if getattr(self, way) is not None]
         if len(given) != 1:
             raise InputError(f"expected one of {', '.join(WAYS)}, got {len(given)}")
         way, at = given[0]
@@ -48,7 +48,7 @@ class _HandModel(FileModel):
 class _AnatomyModel(FileModel):
     kind: Annotated[str, one_of("kind of anatomy", lambda: KINDS)]
     cover: dict[str, Positive]
-    at: Vector = [0.0, 0.0, 0.0]
+    at: Vector = Field(default=[0.0, 0.0, 0.0])
     turn: float = AnatomySource.turn
     radius: Positive = AnatomySource.radius
     opening: Positive = AnatomySource.opening
@@ -109,7 +109,7 @@ class HandsOnModel(FileModel):
         own = {name: getattr(self, name) for name in ("name", "summary", "robot", "group", "shaft", "port_radius")}
         own |= {name: getattr(self, name) for name in ("parameters", "form", "integrator", "period", "duration")}
         anatomy = self.anatomy.model_dump()
-        hand = {k: v for k, v in self.hand.model_dump().items() if k != "waypoints"}
+        hand = self.hand.model_dump(exclude={"waypoints"})
         return HandsOnScene(
             **own,
             start=tuple(self.start),
@@ -124,7 +124,8 @@ def hands_on_data(scene: HandsOnScene) -> dict[str, Any]:
     """The scene as plain data, from which `HandsOnModel` builds an equal one; raises InputError."""
     plain = {name: getattr(scene, name) for name in ("name", "robot", "group", "shaft", "form", "integrator")}
     waypoints = [
-        {"t": w.t, w.way: w.at if isinstance(w.at, str) else list(w.at), "beyond": w.beyond} for w in scene.hand.waypoints
+        {"t": w.t, w.way: w.at if isinstance(w.at, str) else list(w.at), "beyond": w.beyond}
+        for w in scene.hand.waypoints
     ]
     parameters = {k: list(v) if isinstance(v, tuple) else v for k, v in asdict(scene.parameters).items()}
     return {

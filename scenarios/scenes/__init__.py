@@ -1,7 +1,8 @@
 """The scenes that can be named: the YAML files of this folder, those of installed plug-ins, those registered by hand.
 
-A file of this folder that has no `name` is only the base of others; NAME.ROBOT.yaml is the scene NAME for another robot. From outside, `register_scene(path)` or an entry
-point ``active_constraints.scenes`` that leads to a path adds one. Importing this loads no robot and no compiler.
+A file of this folder that has no `name` is only the base of others; NAME.ROBOT.yaml is the scene NAME for another
+robot. From outside, `register_scene(path)` or an entry point ``active_constraints.scenes`` that leads to a path adds
+one. Importing this loads no robot and no compiler.
 """
 
 from functools import cache
