@@ -21,6 +21,8 @@ from scenarios.hands_on.scene import HandsOnScene
 
 SHOWN_TRACES = 40
 """Traces of the tool that are drawn in space."""
+ABOVE = 0.02
+"""Length of the tool that is drawn above the port, metres."""
 SHOWN_POINTS = 4000
 """Points of a part that are drawn at most."""
 PART_COLOURS = {"vessels": "#B5332A", "organ": "#7FA66B", "bowl": "#B5332A"}
@@ -40,11 +42,11 @@ def traces_in_space(trace: Trace, scene: HandsOnScene, parts: Mapping[str, Part]
         shown.append(points)
         colour = PART_COLOURS.get(name, COLOURS[(i + 3) % len(COLOURS)])
         label = f"{name} (forbidden)" if name in scene.forbidden else name
-        space.scatter(*points.T, s=3, color=colour, alpha=0.35, linewidths=0, label=label)
+        space.scatter(*points.T, s=7, color=colour, alpha=0.6, linewidths=0, label=label)
     keep = np.unique(np.linspace(0, len(ends) - 1, SHOWN_TRACES).astype(int))
-    back = min(length, 1.3 * float(np.linalg.norm(ends - port, axis=1).max()))
     for share, k in zip(np.linspace(0.0, 1.0, len(keep)), keep, strict=True):
-        line = np.array([ends[k], ends[k] - back * axes_z[k]]) - port
+        above = np.linalg.norm(ends[k] - port) + ABOVE
+        line = np.array([ends[k], ends[k] - min(above, length) * axes_z[k]]) - port
         space.plot(*(line.T * 1e3), color=(0.1, 0.25 + 0.4 * share, 0.75), linewidth=0.8, alpha=0.7)
     path = (ends[thin(ends[:, 2])] - port) * 1e3
     shown.append(path)
@@ -58,7 +60,7 @@ def traces_in_space(trace: Trace, scene: HandsOnScene, parts: Mapping[str, Part]
         getattr(space, f"set_{name}label")(f"{name} from the port [mm]", labelpad=8)
     space.set_box_aspect(tuple(half), zoom=0.86)
     space.view_init(elev=16, azim=-60)
-    figure.legend(loc="outside upper center", ncols=4, frameon=False)
+    figure.legend(loc="outside upper center", ncols=4, frameon=False, markerscale=2.5)
     return figure
 
 

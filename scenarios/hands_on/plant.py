@@ -40,5 +40,6 @@ def build_plant(name: str, scene: HandsOnScene, robot: Robot, clouds: Mapping[st
         scene.period,
         port=Port(scene.port, scene.port_radius, axis=axis),
         clouds=[Cloud(part, cloud.world_points, cloud.radius * TOUCHED) for part, cloud in clouds.items()],
+        tool_end=scene.shaft,
         seed=seed,
     )

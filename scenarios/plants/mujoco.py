@@ -61,6 +61,7 @@ class MujocoPlant:
     port : the entry port, or None. clouds : the anatomy.
     physics_step : seconds, at most 1 ms, of which the period is a multiple.
     arm : prefix of the arm that the hand holds, for a robot of several; default the first.
+    tool_end : frame at the end of what can touch things; what hangs on joints beyond it cannot. None: everything can.
     noise : see `Noise`. seed : of the noise.
 
     Attributes
@@ -85,6 +86,7 @@ class MujocoPlant:
         clouds: Sequence[Cloud] = (),
         physics_step: float = COARSEST,
         arm: str | None = None,
+        tool_end: str | None = None,
         noise: Noise = NO_NOISE,
         seed: int = 0,
     ):
@@ -96,6 +98,8 @@ class MujocoPlant:
         self._noise = Noise(*(number(v, f"noise of {n}", low=0.0) for n, v in zip(Noise._fields, noise, strict=True)))
         self._seed = seed
         self.model = assemble(entry, robot, port=port, clouds=clouds, physics_step=self._period / self._substeps)
+        if tool_end is not None:
+            _let_through(self.model, tool_end)
         self.data = mujoco.MjData(self.model)
         prefix = _prefix(entry, arm)
         self._sensor = WrenchSensor(self.model, prefix)
@@ -251,6 +255,19 @@ def _indices(decided: ArrayLike, n: int) -> np.ndarray:
 def _prefix(entry: RobotEntry, arm: str | None) -> str:
     chosen = next(iter(entry.mjcf)) if arm is None else known("arm", arm, entry.mjcf)
     return f"{chosen}/" if chosen else ""
+
+
+def _let_through(model: Any, tool_end: str) -> None:
+    """Switch off the contacts of all bodies that hang on joints beyond a frame."""
+    last = _named(model, mujoco.mjtObj.mjOBJ_BODY, tool_end)
+    while model.body_jntnum[last] == 0:
+        last = int(model.body_parentid[last])
+    beyond: set[int] = set()
+    for body in range(last + 1, model.nbody):
+        parent = int(model.body_parentid[body])
+        if parent in beyond or (parent == last and model.body_jntnum[body] > 0):
+            beyond.add(body)
+    model.geom_contype[np.isin(model.geom_bodyid, sorted(beyond))] = 0
 
 
 def _named(model: Any, kind: mujoco.mjtObj, name: str) -> int:
