@@ -40,8 +40,8 @@ from .errors import (
 )
 from .evaluate import Entity as Entity
 from .evaluate import Evaluation as Evaluation
-from .kinematics import Kinematics as Kinematics
 from .files.mesh_file import read_surface as read_surface
+from .kinematics import Kinematics as Kinematics
 from .pair import Pair as Pair
 from .point_cloud import PointCloud as PointCloud
 from .robot import Limits as Limits

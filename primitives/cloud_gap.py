@@ -164,10 +164,10 @@ def estimated_gap(points: Array, radius: float | None = None) -> Gap:
     """The largest gap of the surface that points (N, 3), all different, lie on, estimated from them.
 
     Where the surface is smooth at the scale of the spacing it is 0.9 to 1.02 of the true one, the lower where that is
-    at the rim of an open surface. The open end of a thin vessel, and the
-    space between branches or between walls less than about three spacings apart, may be taken for a hole: then it is
-    too large, by up to `EDGE` times. A hole that reaches the rim of an open surface is not seen, nor one wider than `EDGE` radii: without the surface
-    nobody can tell it from the rim. A point without neighbours makes a gap of half its distance from the nearest.
+    at the rim of an open surface. The open end of a thin vessel, and the space between branches or between walls less
+    than about three spacings apart, may be taken for a hole: then it is too large, by up to `EDGE` times. A hole that
+    reaches the rim of an open surface is not seen, nor one wider than `EDGE` radii: without the surface nobody can
+    tell it from the rim. A point without neighbours makes a gap of half its distance from the nearest.
 
     Parameters
     ----------

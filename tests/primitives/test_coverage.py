@@ -14,7 +14,7 @@ from primitives.surface import Surface
 from tests.primitives.meshes import SMOOTH, ball, sheet, tube
 
 smooth = pytest.mark.parametrize("surface", SMOOTH.values(), ids=SMOOTH)
-LEAVES = (0.004,) if JIT_DISABLED else (0.002, 0.003, 0.004)
+LEAVES = (0.004,) if JIT_DISABLED else (0.003, 0.004)
 
 
 def averaged(surface: Surface, leaf: float) -> Any:
@@ -55,7 +55,7 @@ def test_gap_is_that_of_dense_samples(surface: Surface) -> None:
 
 
 @smooth
-@pytest.mark.parametrize("share", [0.5, 0.7, 1.0])
+@pytest.mark.parametrize("share", [0.6, 1.0])
 def test_what_is_missing_covers(surface: Surface, share: float) -> None:
     """With the radius of the leaf little is missing, with less than half of it nearly everything."""
     leaf = 0.005
@@ -84,8 +84,8 @@ def test_estimate_agrees_with_the_surface_where_it_is_smooth(surface: Surface, l
     assert 0.9 * true <= estimated_gap(points).size <= 1.02 * true
 
 
-@pytest.mark.parametrize("hole", [1.3, 2.0, 2.6])
-@pytest.mark.parametrize("name", ["sheet", "ball", "tube"])
+@pytest.mark.parametrize("hole", [1.3, 2.6])
+@pytest.mark.parametrize("name", ["sheet", "tube"])
 def test_estimate_sees_a_hole(name: str, hole: float) -> None:
     surface = SMOOTH[name]
     leaf = 0.003
