@@ -12,10 +12,15 @@ from scipy.spatial import cKDTree
 from primitives.checks import Array
 from primitives.compiled import compiled
 from primitives.coverage import Gap, one_in_each
+from primitives.errors import InputError
 
 EDGE = 3.0
 """A hole wider than this many radii (or typical spacings) cannot be told from the edge of an open surface."""
 
+FILLED = 10
+"""Spheres that may be added to close gaps, for each point of a cloud."""
+
+_MARGIN = 100
 _PLANE = 12
 """Neighbours that a tangent plane is fitted to."""
 _FIRST, _LAST = 32, 256
@@ -179,12 +184,21 @@ def estimated_gap(points: Array, radius: float | None = None) -> Gap:
 
 
 def missing_between(points: Array, radius: float) -> Array:
-    """Places (m, 3) that, added to the points (N, 3), leave no estimated gap above a radius; (0, 3) for none."""
+    """Places (m, 3) that, added to the points (N, 3), leave no estimated gap above a radius; (0, 3) for none.
+
+    Raises
+    ------
+    InputError : more than `FILLED` times as many as there are points: they lie too far apart to be one surface.
+    """
     added = np.zeros((0, 3))
-    while True:
+    while len(added) <= FILLED * (len(points) + _MARGIN):
         where, distance = places_between(np.concatenate([points, added]), radius)
         open_ = distance > radius
         if not open_.any():
             return added
         where = where[open_]
         added = np.concatenate([added, where[one_in_each(where, 2.0 * radius, distance[open_])]])
+    raise InputError(
+        f"point cloud: closing the gaps between {len(points)} points with spheres of {1e3 * radius:.4g} mm takes more "
+        f"than {len(added)} others; check the unit and look for stray points, or give the surface they were taken from"
+    )

@@ -225,6 +225,8 @@ BAD: list[tuple[Any, str]] = [
     (lambda: PointCloud.from_points([[0.0, 0.0, 0.0]]), "give the radius"),
     (lambda: PointCloud.from_points([[0.0, 0.0, 0.0]], radius=0.01, pose=np.zeros(8)), "unit dual quaternion"),
     (lambda: PointCloud.from_points([[0.0, 0.0, 0.0], [0.1, 0.0, 0.0]], radius=0.01), "is 50 mm, at .0.05, 0, 0. m"),
+    (lambda: PointCloud.from_points([[0, 0, 0], [1e6, 0, 0]], radius=0.01, gaps="fill"), "look for stray points"),
+    (lambda: PointCloud.from_points([[0, 0, 0]], radius=1e-6, surface=sheet(), gaps="fill"), "check the units"),
     (lambda: PointCloud.from_surface(sheet()), "give the radius"),
     (lambda: PointCloud.from_surface(Surface(np.zeros((1, 3)), np.array([])), radius=0.01), "without area"),
     (lambda: PointCloud.from_surface(sheet(500.0, 500.0), radius=0.01), "check the unit"),
