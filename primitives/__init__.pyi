@@ -39,13 +39,19 @@ from .errors import (
 )
 from .evaluate import Entity as Entity
 from .evaluate import Evaluation as Evaluation
+from .files.mesh_file import read_surface as read_surface
 from .intrinsics import PAIR_SIGNATURE as PAIR_SIGNATURE
 from .kinematics import Kinematics as Kinematics
 from .pair import Pair as Pair
+from .point_cloud import PointCloud as PointCloud
 from .robot import Limits as Limits
 from .robot import Robot as Robot
 from .spec import dump_constraints as dump_constraints
 from .spec import load_constraints as load_constraints
+from .surface import Surface as Surface
+from .units import check_size as check_size
+from .voxel_grid import VoxelGrid as VoxelGrid
+from .voxel_grid import build_grid as build_grid
 
 __all__ = [
     "PAIR_SIGNATURE",
@@ -66,10 +72,16 @@ __all__ = [
     "Pair",
     "Plane",
     "Point",
+    "PointCloud",
     "Robot",
     "Segment",
     "SolverError",
+    "Surface",
     "UnknownNameError",
+    "VoxelGrid",
+    "build_grid",
+    "check_size",
     "dump_constraints",
     "load_constraints",
+    "read_surface",
 ]

@@ -12,10 +12,15 @@ from scipy.spatial import cKDTree
 from primitives.checks import Array
 from primitives.compiled import compiled
 from primitives.coverage import Gap, one_in_each
+from primitives.errors import InputError
 
 EDGE = 3.0
 """A hole wider than this many radii (or typical spacings) cannot be told from the edge of an open surface."""
 
+FILLED = 10
+"""Spheres that may be added to close gaps, for each point of a cloud."""
+
+_MARGIN = 100
 _PLANE = 12
 """Neighbours that a tangent plane is fitted to."""
 _FIRST, _LAST = 32, 256
@@ -163,10 +168,11 @@ def places_between(points: Array, radius: float | None = None) -> tuple[Array, A
 def estimated_gap(points: Array, radius: float | None = None) -> Gap:
     """The largest gap of the surface that points (N, 3), all different, lie on, estimated from them.
 
-    Where the surface is smooth at the scale of the spacing it is right to 5 %. Where vessels branch or two walls come
-    near one another the space between them may be taken for a hole: then it is too large, by up to `EDGE` times. A
-    hole that reaches the rim of an open surface is not seen, nor one wider than `EDGE` radii: without the surface
-    nobody can tell it from the rim. A point without neighbours makes a gap of half its distance from the nearest.
+    Where the surface is smooth at the scale of the spacing it is 0.9 to 1.02 of the true one, the lower where that is
+    at the rim of an open surface. The open end of a thin vessel, and the space between branches or between walls less
+    than about three spacings apart, may be taken for a hole: then it is too large, by up to `EDGE` times. A hole that
+    reaches the rim of an open surface is not seen, nor one wider than `EDGE` radii: without the surface nobody can
+    tell it from the rim. A point without neighbours makes a gap of half its distance from the nearest.
 
     Parameters
     ----------
@@ -178,12 +184,21 @@ def estimated_gap(points: Array, radius: float | None = None) -> Gap:
 
 
 def missing_between(points: Array, radius: float) -> Array:
-    """Places (m, 3) that, added to the points (N, 3), leave no estimated gap above a radius; (0, 3) for none."""
+    """Places (m, 3) that, added to the points (N, 3), leave no estimated gap above a radius; (0, 3) for none.
+
+    Raises
+    ------
+    InputError : more than `FILLED` times as many as there are points: they lie too far apart to be one surface.
+    """
     added = np.zeros((0, 3))
-    while True:
+    while len(added) <= FILLED * (len(points) + _MARGIN):
         where, distance = places_between(np.concatenate([points, added]), radius)
         open_ = distance > radius
         if not open_.any():
             return added
         where = where[open_]
         added = np.concatenate([added, where[one_in_each(where, 2.0 * radius, distance[open_])]])
+    raise InputError(
+        f"point cloud: closing the gaps between {len(points)} points with spheres of {1e3 * radius:.4g} mm takes more "
+        f"than {len(added)} others; check the unit and look for stray points, or give the surface they were taken from"
+    )

@@ -10,7 +10,8 @@ import numpy as np
 from scipy.spatial import cKDTree
 
 from primitives.checks import Array
-from primitives.surface import Surface
+from primitives.errors import InputError
+from primitives.surface import MAX_SAMPLES, Surface
 
 ENCLOSED = 1e-3
 """Relative width to which the largest gap is enclosed."""
@@ -81,7 +82,16 @@ def missing(points: Array, radius: float, surface: Surface) -> Array:
 
     It is proved that no place of the surface is then farther than the radius, metres, from a point. The places are
     where the gaps are largest, at most one in each cube of 2 radii at a time.
+
+    Raises
+    ------
+    InputError : a surface so large beside the radius that it takes more than `MAX_SAMPLES` spheres.
     """
+    if surface.area > MAX_SAMPLES * radius * radius:
+        raise InputError(
+            f"point cloud: covering {surface.area:g} m^2 with spheres of {radius:g} m takes more than {MAX_SAMPLES:g} "
+            "of them; check the units"
+        )
     added: list[Array] = []
     triangles = surface.triangles
     while len(triangles):

@@ -100,8 +100,9 @@ def covered_by(points: Array, radius: float | None, surface: Surface | None, fil
 def covering(surface: Surface, radius: float, seed: int) -> Covering:
     """Spheres of a radius, metres, that are proved to cover a surface.
 
-    Dense samples are averaged in voxels, the down-sampling of paper A, section 5; places that this leaves uncovered,
-    at edges and thin ends, are added.
+    Dense samples are averaged in voxels, the down-sampling of paper A, section 5. Where a voxel holds one flat piece
+    of the surface its mean is never farther from it than d_c; places that stay uncovered where a voxel holds several
+    are added.
 
     Raises
     ------

@@ -70,7 +70,7 @@ class Ellipsoid(Shape):
     def _distance(self, points: Array) -> Array:
         inside = ((points / self.axes) ** 2).sum(axis=1) < 1.0
         away = np.linalg.norm(points - self._feet(points), axis=1)
-        return np.where(inside, -away, away)
+        return np.asarray(np.where(inside, -away, away))
 
     def _segment_distance(self, start: Array, direction: Array, length: Array) -> Array:
         # The signed distance from a convex body is convex, so its slope along the segment, the outward normal at the
@@ -86,7 +86,8 @@ class Ellipsoid(Shape):
         return np.asarray(every.reshape(places.shape).min(axis=0))
 
     def _surface(self, edge: float) -> Surface:
-        around = max(int(np.ceil(2.0 * np.pi * self.axes.max() / edge)), 8)
+        # Four parts of equal numbers, so that the ends of the axes are vertices.
+        around = max(4 * int(np.ceil(0.5 * np.pi * self.axes.max() / edge)), 8)
         rows = around // 2 + 1
         polar = np.linspace(0.0, np.pi, rows)[:, None]
         azimuth = np.linspace(0.0, 2.0 * np.pi, around, endpoint=False)
