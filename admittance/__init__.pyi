@@ -17,8 +17,6 @@ from .parameters import Parameters as Parameters
 from .potential import Repulsion as Repulsion
 from .potential import repulsion as repulsion
 from .regions import Cloud as Cloud
-from .potential import Repulsion as Repulsion
-from .potential import repulsion as repulsion
 from .regions import Region as Region
 
 __all__ = [
