@@ -50,7 +50,7 @@ def load_hand(path: str | Path, *, interpolate: bool = True) -> ScriptedHand:
 
 def _read(path: str, stream: Iterable[str]) -> Array:
     rows: list[list[float]] = []
-    reader = csv.reader(stream)
+    reader = csv.reader(stream, strict=True)
     header = next(reader, None)
     if header is None or tuple(name.strip().lower() for name in header) != COLUMNS:
         got = "an empty file" if header is None else ",".join(header)[:80]
