@@ -253,6 +253,11 @@ class Admittance:
         return motion
 
     @property
+    def ledger(self) -> dict[str, float]:
+        """The ledger so far, J by name; see `energy`."""
+        return {entry.name.lower(): float(self._real[Real.LEDGER][entry]) for entry in Book}
+
+    @property
     def handle(self) -> Array:
         """(3,) position of the handle, world, metres."""
         return self._real[Real.HANDLE][9:].copy()

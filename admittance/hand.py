@@ -5,12 +5,10 @@ takes it back to its beginning.
 """
 
 from collections import deque
-from collections.abc import Sequence
 from dataclasses import dataclass, field
 from typing import Protocol
 
 import numpy as np
-from numpy.typing import ArrayLike
 
 from primitives.checks import Array, array, number
 from primitives.errors import InputError
@@ -32,8 +30,10 @@ class ScriptedHand:
 
     Attributes
     ----------
-    times : (k,) seconds, growing. wrenches : (k, 6) N and Nm. Before the first time and after the last it is zero.
+    times : (k,) seconds, growing. wrenches : (k, 6) N and Nm. Before the first time it is zero, after the last the
+        last one stays.
     interpolate : True for straight lines between them, False to hold each until the next.
+    end : seconds; later it is zero.
 
     Raises
     ------
@@ -43,6 +43,7 @@ class ScriptedHand:
     times: Array
     wrenches: Array
     interpolate: bool = False
+    end: float = np.inf
 
     def __post_init__(self) -> None:
         times = array(self.times, (None,), "times of a hand")
@@ -55,12 +56,12 @@ class ScriptedHand:
     def wrench(self, t: float, position: Array, velocity: Array) -> Array:
         """See `Hand`."""
         i = int(np.searchsorted(self.times, t, side="right")) - 1
-        if i < 0 or (i == len(self.times) - 1 and (self.interpolate or len(self.times) > 1) and t > self.times[-1]):
+        if i < 0 or not t <= self.end:
             return np.zeros(6)
-        if not self.interpolate or i == len(self.times) - 1:
-            return self.wrenches[i].copy()
-        share = (t - self.times[i]) / (self.times[i + 1] - self.times[i])
-        out: Array = self.wrenches[i] + share * (self.wrenches[i + 1] - self.wrenches[i])
+        out: Array = self.wrenches[i].copy()
+        if self.interpolate and i < len(self.times) - 1:
+            share = (t - self.times[i]) / (self.times[i + 1] - self.times[i])
+            out += share * (self.wrenches[i + 1] - self.wrenches[i])
         return out
 
     def reset(self) -> None:
@@ -193,16 +194,3 @@ class Delay:
         """Also of the hand."""
         self._seen.clear()
         self.hand.reset()
-
-
-def constant(wrench: ArrayLike, *, begin: float = 0.0, end: float = np.inf) -> ScriptedHand:
-    """A hand with one wrench (6,) from one time, seconds, until another."""
-    value = array(wrench, (6,), "wrench of a hand")
-    if np.isfinite(end):
-        return ScriptedHand(np.array([begin, end]), np.array([value, np.zeros(6)]))
-    return ScriptedHand(np.array([begin]), np.array([value]))
-
-
-def scripted(times: Sequence[float], wrenches: ArrayLike, *, interpolate: bool = False) -> ScriptedHand:
-    """See `ScriptedHand`."""
-    return ScriptedHand(np.asarray(times), np.asarray(wrenches), interpolate)

@@ -19,7 +19,7 @@ FARTHEST = 1e6
 
 
 def load_hand(path: str | Path, *, interpolate: bool = True) -> ScriptedHand:
-    """A hand that repeats a recorded wrench.
+    """A hand that repeats a recorded wrench, and lets go where the record ends.
 
     Parameters
     ----------
@@ -45,12 +45,12 @@ def load_hand(path: str | Path, *, interpolate: bool = True) -> ScriptedHand:
         raise FileError(str(path), f"is no text in UTF-8 ({error.reason})") from None
     except csv.Error as error:
         raise FileError(str(path), f"is no CSV ({error})") from None
-    return ScriptedHand(values[:, 0].copy(), values[:, 1:].copy(), interpolate)
+    return ScriptedHand(values[:, 0], values[:, 1:], interpolate, float(values[-1, 0]))
 
 
 def _read(path: str, stream: Iterable[str]) -> Array:
     rows: list[list[float]] = []
-    reader = csv.reader(stream)
+    reader = csv.reader(stream, strict=True)
     header = next(reader, None)
     if header is None or tuple(name.strip().lower() for name in header) != COLUMNS:
         got = "an empty file" if header is None else ",".join(header)[:80]

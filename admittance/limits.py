@@ -11,7 +11,7 @@ from admittance.outcome import Limited
 from primitives.checks import Array
 from primitives.compiled import compiled
 
-SWEEPS = 50
+SWEEPS = 200
 """Sweeps over the rows at most; what is left after them the final scaling takes care of."""
 
 
