@@ -93,6 +93,7 @@ def run(
     organ: Annotated[Path | None, typer.Option(help="Of hands-on scenes: PLY, STL, OBJ, GLB or PCD file.")] = None,
     vessels: Annotated[Path | None, typer.Option(help="Likewise; what the tool must not touch.")] = None,
     unit: Annotated[str, typer.Option(help="Of these files: m, cm or mm.")] = "m",
+    fill_gaps: Annotated[bool, typer.Option("--fill-gaps", help="Add points where a file of points has gaps.")] = False,
     out: Annotated[Path | None, typer.Option(help="Folder for traces, summary and figures.")] = None,
     as_json: Annotated[bool, typer.Option("--json", help="Print JSON instead of a table.")] = False,
 ) -> None:
@@ -113,6 +114,7 @@ def run(
             organ=organ,
             vessels=vessels,
             unit=unit,
+            fill_gaps=fill_gaps,
         )
         jobs = prepare(scenes, choices)
         traces = run_all(jobs, show_progress=sys.stderr.isatty())

@@ -12,6 +12,7 @@ from typing import Any, Protocol
 import numpy as np
 
 from primitives.errors import FileError, InputError, SolverError
+from primitives.point_cloud import Gaps
 from scenarios.analysis.metrics import summary
 from scenarios.analysis.trace import Trace
 from scenarios.hands_on.parts import FILES, AnatomySource, Part, build_parts
@@ -35,7 +36,8 @@ class Choices:
     ----------
     solver, guard : of scenes that follow a trajectory. period : T, seconds. seed : of everything random.
     robot : another robot than the scene's. out : folder of traces.
-    plant, integrator, form : of hands-on scenes. organ, vessels, unit : files in the place of their anatomy.
+    plant, integrator, form : of hands-on scenes. organ, vessels, unit : files in the place of their
+        anatomy. fill_gaps : of files of points, instead of refusing them.
     """
 
     solver: str = "active-set"
@@ -50,6 +52,7 @@ class Choices:
     organ: Path | None = None
     vessels: Path | None = None
     unit: str = "m"
+    fill_gaps: bool = False
 
 
 class Job(Protocol):
@@ -173,9 +176,10 @@ def _hands_on(scene: HandsOnScene, choices: Choices) -> HandsOnJob:
 
 def _from_files(anatomy: AnatomySource, choices: Choices) -> AnatomySource:
     organ, vessels = (str(path.absolute()) if path else "" for path in (choices.organ, choices.vessels))
+    gaps: Gaps = "fill" if choices.fill_gaps else anatomy.gaps
     thickest = max(anatomy.cover.values())
     cover = {name: anatomy.cover.get(name, thickest) for name in ("organ", "vessels")}
-    return replace(anatomy, kind=FILES, cover=cover, unit=choices.unit, organ=organ, vessels=vessels)
+    return replace(anatomy, kind=FILES, cover=cover, unit=choices.unit, organ=organ, vessels=vessels, gaps=gaps)
 
 
 def _trajectory(scene: Scene, choices: Choices) -> list[TrajectoryJob]:

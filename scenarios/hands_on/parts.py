@@ -3,7 +3,7 @@
 from collections.abc import Mapping
 from dataclasses import dataclass
 from pathlib import Path
-from typing import NamedTuple
+from typing import NamedTuple, get_args
 
 import numpy as np
 
@@ -11,7 +11,7 @@ from primitives import dual_quaternion as dq
 from primitives.checks import Array, array, known, number
 from primitives.errors import InputError
 from primitives.files.mesh_file import read_surface
-from primitives.point_cloud import PointCloud
+from primitives.point_cloud import Gaps, PointCloud
 from primitives.surface import Surface
 from primitives.units import METRES, check_size
 from scenarios.anatomy import Bowl, Shape, cortex, kidney, under_port
@@ -35,6 +35,7 @@ class AnatomySource:
     radius, opening : of a bowl, metres and rad.
     organ, vessels : files (PLY, STL, OBJ, GLB, PCD), of which one may be missing. unit : of their coordinates.
     depth : of the nearest point of files below the port, metres.
+    gaps : "refuse" files of points that leave gaps wider than d_c, or "fill" them.
 
     Raises
     ------
@@ -51,10 +52,12 @@ class AnatomySource:
     vessels: str = ""
     unit: str = "m"
     depth: float = 0.1
+    gaps: Gaps = "refuse"
 
     def __post_init__(self) -> None:
         known("kind of anatomy", self.kind, KINDS)
         known("unit of length", self.unit, METRES)
+        known("way to treat gaps", self.gaps, get_args(Gaps))
         for name in self.parts:
             if name not in self.cover:
                 raise InputError(f'cover of the anatomy: expected a radius for "{name}", got {dict(self.cover)}')
@@ -136,6 +139,6 @@ def _from_files(source: AnatomySource, port: Array, seed: int) -> dict[str, Part
         if len(surface.faces):
             cloud = PointCloud.from_surface(surface, radius=radius, seed=seed, pose=pose)
         else:
-            cloud = PointCloud.from_points(surface.vertices, radius=radius, pose=pose)
+            cloud = PointCloud.from_points(surface.vertices, radius=radius, gaps=source.gaps, pose=pose)
         parts[name] = Part(cloud, surface.placed(pose), None)
     return parts

@@ -1,7 +1,7 @@
 """What a hands-on scene file may hold, and YAML <-> `HandsOnScene`, without loss."""
 
 from dataclasses import asdict, fields
-from typing import Annotated, Any
+from typing import Annotated, Any, get_args
 
 from pydantic import AfterValidator, Field, PlainValidator, ValidationInfo
 
@@ -10,6 +10,7 @@ from primitives.errors import InputError
 from primitives.files.fields import Numbers, Positive, Text, Vector, check_text, list_of, one_of, refers_to
 from primitives.files.model import FileModel, show
 from primitives.files.yaml_file import write
+from primitives.point_cloud import Gaps
 from scenarios.hands_on.parts import KINDS, AnatomySource
 from scenarios.hands_on.pull import WAYS, Pull, Waypoint
 from scenarios.hands_on.scene import TOOL_PARTS, Forbidden, HandsOnScene, ToolPart
@@ -56,6 +57,7 @@ class _AnatomyModel(FileModel):
     vessels: str = AnatomySource.vessels
     unit: str = AnatomySource.unit
     depth: Positive = AnatomySource.depth
+    gaps: Annotated[Gaps, one_of("way to treat gaps", lambda: get_args(Gaps))] = AnatomySource.gaps
 
 
 class _ForbiddenModel(FileModel):
