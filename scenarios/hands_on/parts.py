@@ -9,7 +9,7 @@ import numpy as np
 
 from primitives import dual_quaternion as dq
 from primitives.checks import Array, array, known, number
-from primitives.errors import InputError
+from primitives.errors import FileError, InputError
 from primitives.files.mesh_file import read_surface
 from primitives.point_cloud import Gaps, PointCloud
 from primitives.surface import Surface
@@ -139,6 +139,9 @@ def _from_files(source: AnatomySource, port: Array, seed: int) -> dict[str, Part
         if len(surface.faces):
             cloud = PointCloud.from_surface(surface, radius=radius, seed=seed, pose=pose)
         else:
-            cloud = PointCloud.from_points(surface.vertices, radius=radius, gaps=source.gaps, pose=pose)
+            try:
+                cloud = PointCloud.from_points(surface.vertices, radius=radius, gaps=source.gaps, pose=pose)
+            except InputError as error:
+                raise FileError(getattr(source, name), f"{error}. On the command line: --fill-gaps") from None
         parts[name] = Part(cloud, surface.placed(pose), None)
     return parts
