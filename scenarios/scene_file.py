@@ -1,4 +1,4 @@
-"""YAML <-> `Scene`, without loss.
+"""YAML <-> `Scene` and `HandsOnScene`, without loss.
 
 A file may build on another of its folder: ``base: neurosurgery.yaml`` takes every key from there that the file does
 not give itself. ``enforce: [C1, C2]`` chooses which constraints are enforced; the others are watched.
@@ -21,6 +21,8 @@ from scenarios.scenes import scene_path
 
 MAX_FILES = 4
 """Most files that one scene may be spread over."""
+HANDS_ON_KEYS = frozenset({"port", "anatomy", "forbidden", "hand"})
+"""A file with any of these is a hands-on scene."""
 
 
 def load_scene(path_or_name: str | Path) -> Scene:
@@ -39,7 +41,8 @@ def load_scene(path_or_name: str | Path) -> Scene:
 def load_any(path_or_name: str | Path, robot: str | None = None) -> Scene | HandsOnScene:
     """A scene by its name, or from a file: whatever is a Path or ends in ".yaml" or ".yml".
 
-    A file that names a port is a hands-on scene. robot chooses a named scene's variant for that robot, if it has one.
+    A file that has a port, an anatomy, a hand or what is forbidden is a hands-on scene; files of anatomy that it names
+    are looked for from its own folder. robot chooses a named scene's variant for that robot, if it has one.
 
     Raises
     ------
@@ -47,14 +50,26 @@ def load_any(path_or_name: str | Path, robot: str | None = None) -> Scene | Hand
     UnknownNameError : no such scene.
     """
     is_file = isinstance(path_or_name, Path) or path_or_name.endswith((".yaml", ".yml"))
-    document = _with_bases(Path(path_or_name) if is_file else scene_path(str(path_or_name), robot), ())
-    by_hand = isinstance(document.data, dict) and "port" in document.data
+    path = Path(path_or_name) if is_file else scene_path(str(path_or_name), robot)
+    document = _with_bases(path, ())
     names = _names(document.data)
-    model = validate(HandsOnModel, document, names) if by_hand else validate(SceneModel, document, names)
+    model: SceneModel | HandsOnModel
+    if isinstance(document.data, dict) and not document.data.keys().isdisjoint(HANDS_ON_KEYS):
+        _find_from(path.parent, document.data.get("anatomy"))
+        model = validate(HandsOnModel, document, names)
+    else:
+        model = validate(SceneModel, document, names)
     try:
         return model.build()
     except InputError as error:
         refuse([Problem(document.mark(()), (), str(error))])
+
+
+def _find_from(folder: Path, anatomy: Any) -> None:
+    """Make the places of files in an anatomy's data absolute; the data need not be right."""
+    for name in ("organ", "vessels"):
+        if isinstance(anatomy, dict) and isinstance(anatomy.get(name), str) and anatomy[name]:
+            anatomy[name] = str((folder / anatomy[name]).absolute())
 
 
 def dump_scene(scene: Scene) -> str:
