@@ -20,8 +20,13 @@ GUIDED_SPEED, GUIDED_TURN = 0.06, 0.25
 """Largest speed of the shaft's end, m/s, and turn of the shaft, rad/s, of guided motion; beyond, the tool slips."""
 SETTLING = 0.4
 """Seconds after a slip until motion counts as guided again: ten time constants of the port error."""
+BENT = 1.5
+"""How much farther than from one cycle to the next a point of the tool may move between them, at most."""
 LOST = 0.1
-"""Seconds without repulsion, while the hand still pushes, after which a contact counts as lost."""
+"""Seconds without repulsion after which a contact counts as lost, and before it in which a pressing hand makes that a
+slip; who withdraws the tool stops pressing earlier."""
+NOTICEABLE = 0.1
+"""Share of the hand's largest force above which it counts as pressing."""
 
 
 def _poses(robot: Robot, frame: str, q: Array) -> tuple[Array, Array]:
@@ -68,35 +73,50 @@ def guided(ends: Array, axes: Array, period: float) -> NDArray[np.bool_]:
     return recent
 
 
-def _between(scene: HandsOnScene, robot: Robot, parts: Mapping[str, Part], q: Array, at: Array) -> float:
-    """Smallest clearance at sub-samples of the joints' way between cycles, metres.
+def between(scene: HandsOnScene, robot: Robot, parts: Mapping[str, Part], q: Array) -> Array:
+    """(k - 1,) smallest clearance at `BETWEEN` - 1 sub-samples of the joints' way from each cycle to the next, metres.
 
-    Only near the smallest clearances is looked between: a cycle where the tool is farther off than what it can move
-    within one cannot hold the smallest.
+    Looked at are the cycles which can hold the smallest of all, as the tool is no farther off than it moves in them;
+    the others are inf.
     """
-    ends, _ = _poses(robot, scene.shaft, q)
-    moved = float(np.linalg.norm(np.diff(ends, axis=0), axis=1).max(initial=0.0))
-    reach = 20.0 * moved + 1e-4
-    close = np.flatnonzero(at[:-1] < at.min() + reach)
+    ends, axes = _poses(robot, scene.shaft, q)
+    at = clearance(scene, parts, ends, axes)
+    handles = ends - scene.parameters.shaft_length * axes
+    moved = np.maximum(*(np.linalg.norm(np.diff(points, axis=0), axis=1) for points in (ends, handles)))
+    close = np.flatnonzero(np.minimum(at[:-1], at[1:]) < at.min() + BENT * moved)
     shares = np.arange(1, BETWEEN) / BETWEEN
-    ways = [q[i] + s * (q[i + 1] - q[i]) for i in close for s in shares]
-    if not ways:
-        return float(at.min())
-    found = clearance(scene, parts, *_poses(robot, scene.shaft, np.array(ways)))
-    return float(min(found.min(), at.min()))
+    ways = (q[close, None] + shares[:, None] * (q[close + 1] - q[close])[:, None]).reshape(-1, q.shape[1])
+    found = clearance(scene, parts, *_poses(robot, scene.shaft, ways)).reshape(-1, len(shares))
+    out = np.full(len(moved), np.inf)
+    out[close] = found.min(axis=1)
+    return out
 
 
-def contact_lost(touching: NDArray[np.bool_], pushing: NDArray[np.bool_], period: float) -> bool:
-    """Whether a contact that had begun was lost for long while the hand still pushed."""
-    first = np.flatnonzero(touching & pushing)
-    if not len(first):
-        return False
-    free = pushing[first[0] :] & ~touching[first[0] :]
-    longest, run = 0, 0
-    for value in free:
-        run = run + 1 if value else 0
-        longest = max(longest, run)
-    return longest * period > LOST
+def pressing(scene: HandsOnScene, trace: Trace) -> NDArray[np.bool_]:
+    """(k,) where the hand pushes noticeably and against the repulsion: it would accelerate the shaft into the region.
+
+    Both wrenches are taken along the shaft and about the port, and multiplied by the inverse of the inertia.
+    """
+    force, torque = trace["hand_wrench"][:, :3], trace["hand_wrench"][:, 3:]
+    handles, rotations = trace["handle"][:, 9:], trace["handle"][:, :9].reshape(-1, 3, 3)
+    along = np.sum(force * rotations[:, :, 2], axis=1)
+    about = np.cross(handles - np.array(scene.port), force) + torque
+    inverse = 1.0 / np.array(scene.parameters.inertia)
+    against = np.column_stack([along, about]) * inverse * trace["free_repulsion"]
+    size = np.linalg.norm(force, axis=1)
+    out: NDArray[np.bool_] = (against.sum(axis=1) < 0.0) & (size > NOTICEABLE * size.max(initial=0.0))
+    return out
+
+
+def contact_lost(touching: NDArray[np.bool_], pressing: NDArray[np.bool_], period: float) -> bool:
+    """Whether a contact ended, for longer than LOST, within LOST of the hand still pressing: the tool slipped off."""
+    window = max(1, round(LOST / period))
+    ends = np.flatnonzero(touching[:-1] & ~touching[1:]) + 1
+    return any(
+        not touching[end : end + window + 1].any() and pressing[max(0, end - window) : end].any()
+        for end in ends
+        if end + window < len(touching)
+    )
 
 
 def summary(trace: Trace, scene: HandsOnScene, parts: Mapping[str, Part]) -> dict[str, Any]:
@@ -105,7 +125,7 @@ def summary(trace: Trace, scene: HandsOnScene, parts: Mapping[str, Part]) -> dic
     port = np.array(scene.port)
     ends, axes = shaft_lines(scene, robot, trace)
     offset = port_offset(port, ends, axes)
-    at = clearance(scene, parts, ends, axes)
+    at, inner = clearance(scene, parts, ends, axes), between(scene, robot, parts, trace["plant_q"])
     force = np.linalg.norm(trace["hand_wrench"][:, :3], axis=1)
     touching = np.linalg.norm(trace["repulsion"], axis=1) > 0.0
     times, states, limited = trace["cycle_us"], trace["state"], trace["limited"].astype(int)
@@ -124,16 +144,13 @@ def summary(trace: Trace, scene: HandsOnScene, parts: Mapping[str, Part]) -> dic
         "port_error_m": {"max": float(offset.max()), "rms": float(np.sqrt(np.mean(offset**2)))},
         "reference_port_error_m": _norms(trace["x_c"]),
         "guided_reference_port_error_m": _largest_where(trace["x_c"], guided(ends, axes, period)),
-        "clearance_m": {
-            "at_samples": float(at.min()),
-            "between_samples": _between(scene, robot, parts, trace["plant_q"], at) if np.isfinite(at.min()) else None,
-        },
+        "clearance_m": {"at_samples": _smallest(at), "between_samples": _smallest(np.append(inner, at))},
         "passivity_excess_J": float(trace["excess"][-1]),
         "passivity_excess_chord_J": float(trace["excess_chord"][-1]),
         "hand_work_J": float(trace["hand"][-1]),
         "dissipated_J": float(trace["dissipated"][-1]),
         "contact_fraction": float(touching.mean()),
-        "slipped": contact_lost(touching, force > 0.1 * force.max(initial=0.0), period),
+        "slipped": contact_lost(touching, pressing(scene, trace), period),
         "max_force_N": float(force.max()),
         "max_repulsion_N": float(np.linalg.norm(trace["repulsion"][:, :3], axis=1).max()),
         "contact_force_N": {
@@ -155,6 +172,11 @@ def summary(trace: Trace, scene: HandsOnScene, parts: Mapping[str, Part]) -> dic
         "seed": header["seed"],
         "versions": header["versions"],
     }
+
+
+def _smallest(distances: Array) -> float | None:
+    """None where there is no region to be near."""
+    return float(distances.min()) if np.isfinite(distances.min()) else None
 
 
 def _largest_where(values: Array, chosen: NDArray[np.bool_]) -> float:

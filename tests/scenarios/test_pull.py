@@ -13,7 +13,7 @@ PORT = np.array([-0.6, -0.2, 0.03])
 START = PORT + np.array([0.0, 0.0, -0.12])
 LENGTH = 0.43
 POINTS = np.random.default_rng(4).normal(size=(200, 3)) * 0.02
-POSE = dq.from_rotation_translation(np.array([0.8, 0.0, 0.6, 0.0]), PORT + [0.03, 0.01, -0.2])
+POSE = dq.from_rotation_translation(np.array([0.8, 0.0, 0.6, 0.0]), PORT + np.array([0.03, 0.01, -0.2]))
 PARTS = {"vessels": PointCloud(POINTS, 0.003, pose=POSE)}
 WORLD = PARTS["vessels"].world_points
 
@@ -48,7 +48,7 @@ def test_targets_are_relative_to_the_port_or_at_a_part():
         )
     )
     to, into, across, at = pull.targets(PORT, START, PARTS)
-    np.testing.assert_array_equal(to, PORT + [0.01, 0.0, -0.15])
+    np.testing.assert_array_equal(to, PORT + np.array([0.01, 0.0, -0.15]))
 
     def nearest(place):
         return min(WORLD, key=lambda p: np.linalg.norm(p - place))
@@ -87,14 +87,14 @@ def test_the_end_of_the_shaft_is_led_straight_and_evenly():
 def test_a_waypoint_at_the_beginning_takes_the_place_of_the_start():
     led = hand(Waypoint(0, (0, 0, -0.2)))
     for t in (0.0, 5.0):
-        np.testing.assert_allclose(led.target(t), PORT + [0, 0, -0.2 + LENGTH], atol=1e-15)
+        np.testing.assert_allclose(led.target(t), PORT + np.array([0, 0, -0.2 + LENGTH]), atol=1e-15)
 
 
 def test_the_force_is_a_spring_a_damper_and_no_more_than_the_most():
     led = hand(Waypoint(0, START - PORT), stiffness=200.0, damping=10.0, most=5.0)
     home = handle_for(START, PORT, LENGTH)
     np.testing.assert_allclose(force(led, 1.0, home - [0.01, 0, 0], [0, 0.02, 0]), [2.0, -0.2, 0.0], atol=1e-12)
-    np.testing.assert_allclose(force(led, 1.0, home + [0, 0, 1.0]), [0.0, 0.0, -5.0], atol=1e-12)
+    np.testing.assert_allclose(force(led, 1.0, home + np.array([0, 0, 1.0])), [0.0, 0.0, -5.0], atol=1e-12)
 
 
 def test_tremor_is_seeded_and_of_the_rms_and_band_asked_for():
