@@ -33,6 +33,8 @@ SHAFT = 1
 """Place of the shaft frame among the frames of the memory; 0 is the world."""
 HANDLE = 2
 """Place of the frame that the sensor is on."""
+NEAR = 4.0
+"""Times the smallest singular value that the condition's limit allows, below which its rate is bounded."""
 FARTHEST = 10.0
 """Metres up to which a cloud is searched for the nearest point where none is within sight."""
 
@@ -215,35 +217,32 @@ def evaluate(
     return blocked
 
 
-@compiled(f"void({MEMORY})")
-def settle(f: Array, fl: np.ndarray, w: np.ndarray, wl: np.ndarray) -> None:
-    """What is done once for a configuration that is kept: G is handed on, and the condition of J_t is measured.
+@compiled(f"void({MEMORY}, int64, float64, float64)")
+def add_singular_slope(
+    f: Array, fl: np.ndarray, w: np.ndarray, wl: np.ndarray, place: int, value: float, factor: float
+) -> None:
+    """Add to SINGULAR_ROW (m,) factor times the derivative of a singular value by v.
 
-    SINGULAR (4,) becomes [smallest, largest singular value, condition, bound]; near the limit SINGULAR_ROW (m,) is
-    the derivative of the smallest singular value u^T J_t x by v, u^T (dJ_t/dq_k) x along Z, else zero.
+    With J_t x = value u its derivative by q_k is u^T (dJ_t/dq_k) x, and that by v follows along Z; u is a column of
+    EIGEN.
     """
-    matrix(f, fl, Real.G_LAST)[:, :] = matrix(f, fl, Real.G)
-    singular, row = vector(f, fl, Real.SINGULAR), vector(f, fl, Real.SINGULAR_ROW)
-    settings, vectors = vector(f, fl, Real.SETTINGS), matrix(f, fl, Real.EIGEN)
-    low, high, place = singular_values(matrix(f, fl, Real.GRAM), matrix(f, fl, Real.SCRATCH), vectors)
-    floor = high / settings[Setting.CONDITION_LIMIT]
-    singular[0] = low
-    singular[1] = high
-    singular[2] = high / max(low, 1e-300)
-    singular[3] = -np.inf
-    row[:] = 0.0
-    if low > 4.0 * floor:
-        return
-    singular[3] = -settings[Setting.LIMIT_GAIN] * max(0.0, low - floor)
-    J, Z, rate = matrix(f, fl, Real.J), matrix(f, fl, Real.Z), matrix(f, fl, Real.J_RATE)
+    J, Z, rate, vectors = (
+        matrix(f, fl, Real.J),
+        matrix(f, fl, Real.Z),
+        matrix(f, fl, Real.J_RATE),
+        matrix(f, fl, Real.EIGEN),
+    )
+    row, right, along = (
+        vector(f, fl, Real.SINGULAR_ROW),
+        vector(f, fl, Real.ACCELERATION),
+        vector(f, fl, Real.DIRECTION),
+    )
     d = J.shape[1]
-    right, along = vector(f, fl, Real.ACCELERATION), vector(f, fl, Real.DIRECTION)
+    along[:] = 0.0
     for k in range(d):
-        value = 0.0
+        right[k] = 0.0
         for i in range(6):
-            value += J[i, k] * vectors[i, place]
-        right[k] = value / low
-        along[k] = 0.0
+            right[k] += J[i, k] * vectors[i, place] / value
     for k in range(d):
         along[k] = 1.0
         jacobian_rate(J, along, rate)
@@ -252,7 +251,30 @@ def settle(f: Array, fl: np.ndarray, w: np.ndarray, wl: np.ndarray) -> None:
         for i in range(6):
             slope += vectors[i, place] * inner(rate[i], right)
         for j in range(row.shape[0]):
-            row[j] += Z[j, k] * slope
+            row[j] += factor * Z[j, k] * slope
+
+
+@compiled(f"void({MEMORY})")
+def settle(f: Array, fl: np.ndarray, w: np.ndarray, wl: np.ndarray) -> None:
+    """What is done once for a configuration that is kept: G is handed on, and the condition of J_t is measured.
+
+    SINGULAR (4,) becomes [smallest, largest singular value, condition, bound]; near the limit SINGULAR_ROW (m,) is
+    the derivative by v of the smallest minus the largest over the limit, which the bound is for; else zero.
+    """
+    matrix(f, fl, Real.G_LAST)[:, :] = matrix(f, fl, Real.G)
+    singular, settings = vector(f, fl, Real.SINGULAR), vector(f, fl, Real.SETTINGS)
+    gram, vectors = matrix(f, fl, Real.GRAM), matrix(f, fl, Real.EIGEN)
+    low, high, smallest, largest = singular_values(gram, matrix(f, fl, Real.SCRATCH), vectors)
+    share = 1.0 / settings[Setting.CONDITION_LIMIT]
+    singular[0] = low
+    singular[1] = high
+    singular[2] = high / max(low, 1e-300)
+    singular[3] = -np.inf
+    vector(f, fl, Real.SINGULAR_ROW)[:] = 0.0
+    if low > 0.0 and low < NEAR * high * share:
+        singular[3] = -settings[Setting.LIMIT_GAIN] * max(0.0, low - high * share)
+        add_singular_slope(f, fl, w, wl, smallest, low, 1.0)
+        add_singular_slope(f, fl, w, wl, largest, high, -share)
 
 
 @compiled(f"void({MEMORY})")
