@@ -42,6 +42,7 @@ from .evaluate import Entity as Entity
 from .evaluate import Evaluation as Evaluation
 from .kinematics import Kinematics as Kinematics
 from .pair import Pair as Pair
+from .rcm import RCM as RCM
 from .robot import Limits as Limits
 from .robot import Robot as Robot
 from .spec import dump_constraints as dump_constraints
@@ -49,6 +50,7 @@ from .spec import load_constraints as load_constraints
 
 __all__ = [
     "PAIR_SIGNATURE",
+    "RCM",
     "ActiveConstraintsError",
     "Constraint",
     "ConstraintSet",
