@@ -42,8 +42,8 @@ def begin(f: Array, fl: np.ndarray, w: np.ndarray, wl: np.ndarray) -> int:
     if not all_finite(wrench):
         judge(f, fl, w, wl, State.FAULT, Reason.WRENCH)
         wrench[:] = 0.0
-    force = np.sqrt(wrench[0] ** 2 + wrench[1] ** 2 + wrench[2] ** 2)
-    torque = np.sqrt(wrench[3] ** 2 + wrench[4] ** 2 + wrench[5] ** 2)
+    force = np.hypot(np.hypot(wrench[0], wrench[1]), wrench[2])
+    torque = np.hypot(np.hypot(wrench[3], wrench[4]), wrench[5])
     if force > settings[Setting.FORCE_CEILING] or torque > settings[Setting.TORQUE_CEILING]:
         judge(f, fl, w, wl, State.FAULT, Reason.CEILING)
         wrench[:] = 0.0

@@ -65,7 +65,7 @@ class Slot(IntEnum):
     LIMITED = 2
     """Bits of `Limited`."""
     WHERE = 3
-    """Joint or cloud point that the reason is about, -1 where none."""
+    """Cloud point that the reason is about, -1 where none."""
     SUBSTEPS = 4
     """Sub-steps of this cycle; 0 where there was no motion."""
     REJECTED = 5

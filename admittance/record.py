@@ -34,7 +34,7 @@ def columns(memory: Memory) -> dict[str, slice]:
     "t" and "cycle_us"; the outcome's slots, clearance (m) and the ledger's entries (J) in lower case; q (n,),
     qdot (d,), v (m,), x_c (2,), wrench (6,) as measured, repulsion (6,) [force; torque] at the shaft frame's origin
     (37), free_repulsion (4,) Z_x F_r, damping (m,), handle (12,) rotation row by row and position, singular (4,)
-    smallest and largest singular value of J_t, their ratio, and the bound of the smallest one's rate.
+    smallest and largest singular value of J_t, their ratio, and the bound of its rate (-inf far from the limit).
     """
     names = ["t", "cycle_us", *(s.name.lower() for s in Slot), Touch.CLEARANCE.name.lower()]
     names += [b.name.lower() if b != Book.LIMITED else "limited_work" for b in Book]
