@@ -2,11 +2,12 @@
 
 import numpy as np
 
-from admittance.memory import CLOUDS, MEMORY, Real, Whole, integer_matrix, integers, matrix, vector
+from admittance.memory import CLOUDS, Real, Whole
 from admittance.outcome import Reason, Setting, Slot, Touch
 from admittance.potential import repel
 from primitives.checks import Array
 from primitives.compiled import compiled
+from primitives.memory import MEMORY, integer_matrix, integers, matrix, vector
 from primitives.voxel_grid import nearest_to_segment
 
 SHAFT = 1

@@ -7,13 +7,14 @@ import numpy as np
 
 from admittance.energy import close_books
 from admittance.integrators import advance
-from admittance.memory import CLOUDS, MEMORY, Real, Whole, integers, vector
+from admittance.memory import CLOUDS, Real, Whole
 from admittance.model import apply_hand, evaluate, settle
 from admittance.outcome import Book, Limited, Option, Reason, Setting, Slot, State
 from admittance.record import write_record
 from admittance.steps import DONE, KEEP, START, accept, keep, reference
 from primitives.checks import Array
 from primitives.compiled import compiled
+from primitives.memory import MEMORY, integers, vector
 from primitives.verification import all_finite
 
 

@@ -11,7 +11,7 @@ import numpy as np
 
 from admittance.contact import SHAFT, evaluate_regions
 from admittance.dense import cholesky, inner, multiply, substitute, transform, transform_transposed
-from admittance.memory import CLOUDS, MEMORY, Real, Whole, cube, integers, matrix, vector
+from admittance.memory import CLOUDS, Real, Whole
 from admittance.nullspace import (
     free_basis,
     free_inverse,
@@ -26,6 +26,7 @@ from admittance.rates import free_rate, free_velocity_rate, jacobian_rate
 from primitives.checks import Array
 from primitives.compiled import compiled
 from primitives.kinematics import forward_kinematics, frame_jacobians
+from primitives.memory import MEMORY, cube, integers, matrix, vector
 from primitives.rcm import constraint_jacobian, constraint_jacobian_rate, port_error
 
 HANDLE = 2

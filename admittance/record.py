@@ -6,10 +6,11 @@ condition and energies are those it led to. So (q of this record - q of the one 
 
 import numpy as np
 
-from admittance.memory import MEMORY, Memory, Real, Whole, integers, vector
+from admittance.memory import Real, Whole
 from admittance.outcome import Book, Slot, Touch
 from primitives.checks import Array
 from primitives.compiled import compiled
+from primitives.memory import MEMORY, Memory, integers, vector
 
 HEADS = 2
 """Columns that every record begins with: t, and cycle_us, which the controller writes."""
