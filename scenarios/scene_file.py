@@ -47,14 +47,16 @@ def load_any(path_or_name: str | Path, robot: str | None = None) -> Scene | Hand
     UnknownNameError : no such scene.
     """
     is_file = isinstance(path_or_name, Path) or path_or_name.endswith((".yaml", ".yml"))
-    document = _with_bases(Path(path_or_name) if is_file else scene_path(str(path_or_name), robot), ())
+    path = Path(path_or_name) if is_file else scene_path(str(path_or_name), robot)
+    document = _with_bases(path, ())
     by_hand = isinstance(document.data, dict) and "port" in document.data
     names = _names(document.data)
     model = validate(HandsOnModel, document, names) if by_hand else validate(SceneModel, document, names)
     try:
-        return model.build()
+        scene = model.build()
     except InputError as error:
         refuse([Problem(document.mark(()), (), str(error))])
+    return scene.located(path.parent) if isinstance(scene, HandsOnScene) else scene
 
 
 def dump_scene(scene: Scene) -> str:
