@@ -8,7 +8,7 @@ BIN := $(VENV)/bin
 STAMP := $(VENV)/installed-$(shell pwd | cksum | cut -d' ' -f1)
 
 .DEFAULT_GOAL := help
-.PHONY: help install check-python demo test campaign lint docs bench clean
+.PHONY: help install check-python graphics demo test campaign lint docs bench clean
 
 help: ## this list
 	@echo "active-constraints; every target sets up $(VENV) first, once"
@@ -54,10 +54,20 @@ check-python:
 	  echo "$(PYTHON) has no ensurepip, so it cannot make $(VENV). On Debian or Ubuntu run:" \
 	    "sudo apt-get install python3-venv" >&2; exit 1; }
 
+# Where it cannot be had, the tests of pictures are skipped and say so.
+graphics:
+	@if ldconfig -p 2>/dev/null | grep -q -e libEGL.so.1 -e libOSMesa.so; then exit 0; fi; \
+	if [ "$$(id -u)" = 0 ]; then as_root=; else as_root="sudo -n"; fi; \
+	if command -v apt-get >/dev/null && $$as_root true 2>/dev/null; then \
+	  echo "no library renders off screen: installing libegl1 and libgl1"; \
+	  $$as_root apt-get -qq update >&2 && $$as_root env DEBIAN_FRONTEND=noninteractive apt-get -qq install -y libegl1 libgl1 >&2 \
+	    || echo "they could not be installed" >&2; \
+	fi
+
 demo: install ## run S1-S5, print the violation table, write traces and figures to runs/demo
 	$(BIN)/vfi run S1 S2 S3 S4 S5 --out runs/demo
 
-test: install ## the whole test run but the campaigns
+test: install graphics ## the whole test run but the campaigns
 	$(BIN)/python -m pytest -n $(JOBS)
 
 campaign: install ## the full campaigns of the tests, minutes to hours

@@ -7,13 +7,14 @@ import numpy as np
 
 from admittance.energy import close_books
 from admittance.integrators import advance
-from admittance.memory import CLOUDS, MEMORY, Real, Whole, integers, vector
+from admittance.memory import CLOUDS, Real, Whole
 from admittance.model import apply_hand, evaluate, settle
 from admittance.outcome import Book, Limited, Option, Reason, Setting, Slot, State
 from admittance.record import write_record
 from admittance.steps import DONE, KEEP, START, accept, keep, reference
 from primitives.checks import Array
 from primitives.compiled import compiled
+from primitives.memory import MEMORY, integers, vector
 from primitives.verification import all_finite
 
 
@@ -42,8 +43,8 @@ def begin(f: Array, fl: np.ndarray, w: np.ndarray, wl: np.ndarray) -> int:
     if not all_finite(wrench):
         judge(f, fl, w, wl, State.FAULT, Reason.WRENCH)
         wrench[:] = 0.0
-    force = np.sqrt(wrench[0] ** 2 + wrench[1] ** 2 + wrench[2] ** 2)
-    torque = np.sqrt(wrench[3] ** 2 + wrench[4] ** 2 + wrench[5] ** 2)
+    force = np.hypot(np.hypot(wrench[0], wrench[1]), wrench[2])
+    torque = np.hypot(np.hypot(wrench[3], wrench[4]), wrench[5])
     if force > settings[Setting.FORCE_CEILING] or torque > settings[Setting.TORQUE_CEILING]:
         judge(f, fl, w, wl, State.FAULT, Reason.CEILING)
         wrench[:] = 0.0

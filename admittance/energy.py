@@ -20,10 +20,11 @@ S_k - min S_j, j <= k, where S is that difference. A passive motion has none.
 
 import numpy as np
 
-from admittance.memory import MEMORY, Real, matrix, vector
+from admittance.memory import Real
 from admittance.outcome import Book, Touch
 from primitives.checks import Array
 from primitives.compiled import compiled
+from primitives.memory import MEMORY, matrix, vector
 
 
 @compiled("float64(float64[::1], float64[::1])")

@@ -7,13 +7,14 @@ code, stands once in the cycle.
 
 import numpy as np
 
-from admittance.memory import MEMORY, Whole, integers
+from admittance.memory import Whole
 from admittance.outcome import Form, Integrator, Option
 from admittance.robust import robust
 from admittance.runge_kutta import runge_kutta
 from admittance.steps import BACK, DONE, KEEP, euler, full_step, keep, semi_implicit
 from primitives.checks import Array
 from primitives.compiled import compiled
+from primitives.memory import MEMORY, integers
 
 
 @compiled(f"int64({MEMORY}, float64[:,::1], int64, int64)")

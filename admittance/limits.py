@@ -13,6 +13,8 @@ from primitives.compiled import compiled
 
 SWEEPS = 200
 """Sweeps over the rows at most; what is left after them the final scaling takes care of."""
+ROUNDING = 1e-12
+"""Excess over a bound, rad/s or m/s, that is none: where a bound leaves no room, rounding must not stop the arm."""
 
 
 @compiled("void(float64[::1], int64[::1], float64[:,::1], float64, float64[:,::1], float64[:,::1])")
@@ -70,7 +72,7 @@ def limit_velocity(
 
     First the projection, in the metric X (m, m) of the step, onto the half spaces of the position limits (row 0 of low
     and high) and of `singular` (m,) v >= singular_low <= 0, by Hildreth's method; then v is scaled as a whole so that
-    all bounds hold to the last digit. What comes out has v^T X (v - v_given) <= 0: it takes energy out.
+    all bounds hold, to rounding (1e-12). What comes out has v^T X (v - v_given) <= 0: it takes energy out.
 
     factor : Cholesky factor of X. row, push : (d + 1, m) scratch; dual : (d + 1 + m,) scratch.
     """
@@ -124,12 +126,12 @@ def limit_velocity(
         value = 0.0
         for i in range(m):
             value += Z[i, j] * v[i]
-        if value + offset[j] > high[1, j]:
-            scale = min(scale, (high[1, j] - offset[j]) / value)
-        elif value + offset[j] < low[1, j]:
-            scale = min(scale, (low[1, j] - offset[j]) / value)
+        if value + offset[j] > high[1, j] + ROUNDING:
+            scale = min(scale, max(0.0, high[1, j] - offset[j]) / value)
+        elif value + offset[j] < low[1, j] - ROUNDING:
+            scale = min(scale, min(0.0, low[1, j] - offset[j]) / value)
     along = inner(singular, v)
-    if along < singular_low:
+    if along < singular_low - ROUNDING:
         scale = min(scale, singular_low / along)
     if scale < 1.0 - 1e-9:
         done |= Limited.VELOCITY

@@ -4,13 +4,14 @@ from typing import NamedTuple
 
 import numpy as np
 
-from admittance.memory import Memory, Real, Whole
+from admittance.memory import Real, Whole
 from admittance.outcome import Book, Form, Integrator, Option, Setting, Slot, Touch
 from admittance.parameters import Parameters
 from admittance.regions import Points, Region, lay_out
 from primitives.checks import Array, number
 from primitives.elements import Point
 from primitives.errors import InputError
+from primitives.memory import Memory
 from primitives.robot import Robot
 
 FORMS = {"reduced": Form.REDUCED, "full": Form.ANALYTIC, "printed": Form.PRINTED}

@@ -1,20 +1,8 @@
-"""The memory of a cycle: one array of floats and one of integers, cut into named blocks, and the regions' points.
+"""The blocks of the cycle's memory by name, and the regions' points: arrays of their own, which can be replaced."""
 
-Compiled code asks for a block by name (`vector`, `matrix`, `cube`, `integers`), Python by `Memory.real` and
-`Memory.whole`, which are views of the same numbers. The clouds are arrays of their own, so that they can be replaced.
-"""
-
-from collections.abc import Mapping
 from enum import IntEnum, auto
 from typing import Any
 
-import numpy as np
-
-from primitives.checks import Array
-from primitives.compiled import compiled
-
-MEMORY = "float64[::1], int64[:,::1], int64[::1], int64[:,::1]"
-"""The memory in the signature of a compiled function: floats, their layout, integers, their layout."""
 CLOUDS = "float64[:,::1], int64[::1], int64[::1], int64[::1], float64[::1], float64[::1], float64[:,::1]"
 """The regions' points likewise: points, order, start of all regions one after the other, and what a query fills:
 index, place, distance, and for each point within sight its row of [d clearance / d v (4), clearance]."""
@@ -122,72 +110,3 @@ class Whole(_FromZero):
     REGION = auto()
     OPTIONS = auto()
     OUTCOME = auto()
-
-
-class Memory:
-    """Zeroed blocks of given shapes.
-
-    Parameters
-    ----------
-    real, whole : shape of every block; a dimension may be zero.
-
-    Attributes
-    ----------
-    arguments : floats, their layout, integers, their layout: what compiled functions take.
-    real, whole : views by block.
-    """
-
-    def __init__(self, real: Mapping[Real, tuple[int, ...]], whole: Mapping[Whole, tuple[int, ...]]):
-        float_layout, size = _layout([real[block] for block in Real])
-        floats: Array = np.zeros(size)
-        integer_layout, size = _layout([whole[block] for block in Whole])
-        numbers = np.zeros(size, dtype=np.int64)
-        self.arguments = floats, float_layout, numbers, integer_layout
-        self.real: dict[Real, Array] = {block: _view(floats, float_layout[block], real[block]) for block in Real}
-        self.whole = {block: _view(numbers, integer_layout[block], whole[block]) for block in Whole}
-
-
-def _layout(shapes: list[tuple[int, ...]]) -> tuple[np.ndarray, int]:
-    """Rows of offset and three dimensions, and the size of it all."""
-    layout, offset = np.ones((len(shapes), 4), dtype=np.int64), 0
-    for row, shape in zip(layout, shapes, strict=True):
-        row[0], row[1 : 1 + len(shape)] = offset, shape
-        offset += int(np.prod(shape))
-    return layout, offset
-
-
-def _view(memory: Any, row: np.ndarray, shape: tuple[int, ...]) -> Any:
-    return memory[row[0] : row[0] + int(np.prod(shape))].reshape(shape)
-
-
-@compiled("float64[::1](float64[::1], int64[:,::1], int64)")
-def vector(memory: Array, layout: np.ndarray, block: int) -> Array:
-    """A block of one dimension."""
-    return memory[layout[block, 0] : layout[block, 0] + layout[block, 1]]
-
-
-@compiled("float64[:,::1](float64[::1], int64[:,::1], int64)")
-def matrix(memory: Array, layout: np.ndarray, block: int) -> Array:
-    """A block of two dimensions."""
-    start, rows, columns = layout[block, 0], layout[block, 1], layout[block, 2]
-    return memory[start : start + rows * columns].reshape((rows, columns))
-
-
-@compiled("float64[:,:,::1](float64[::1], int64[:,::1], int64)")
-def cube(memory: Array, layout: np.ndarray, block: int) -> Array:
-    """A block of three dimensions."""
-    start, depth, rows, columns = layout[block, 0], layout[block, 1], layout[block, 2], layout[block, 3]
-    return memory[start : start + depth * rows * columns].reshape((depth, rows, columns))
-
-
-@compiled("int64[::1](int64[::1], int64[:,::1], int64)")
-def integers(memory: np.ndarray, layout: np.ndarray, block: int) -> np.ndarray:
-    """A block of integers of one dimension."""
-    return memory[layout[block, 0] : layout[block, 0] + layout[block, 1]]
-
-
-@compiled("int64[:,::1](int64[::1], int64[:,::1], int64)")
-def integer_matrix(memory: np.ndarray, layout: np.ndarray, block: int) -> np.ndarray:
-    """A block of integers of two dimensions."""
-    start, rows, columns = layout[block, 0], layout[block, 1], layout[block, 2]
-    return memory[start : start + rows * columns].reshape((rows, columns))

@@ -9,8 +9,9 @@ in which the dynamics are simple, so it needs no derivative of A or Z^+T, and x_
 
 import numpy as np
 
+from admittance.contact import SHAFT, evaluate_regions
 from admittance.dense import cholesky, inner, multiply, substitute, transform, transform_transposed
-from admittance.memory import CLOUDS, MEMORY, Real, Whole, cube, integer_matrix, integers, matrix, vector
+from admittance.memory import CLOUDS, Real, Whole
 from admittance.nullspace import (
     free_basis,
     free_inverse,
@@ -20,143 +21,18 @@ from admittance.nullspace import (
     transport,
     weighted_inverse,
 )
-from admittance.outcome import Form, Option, Reason, Setting, Slot, Touch
-from admittance.potential import repel
+from admittance.outcome import Form, Option, Reason, Setting
 from admittance.rates import free_rate, free_velocity_rate, jacobian_rate
 from primitives.checks import Array
 from primitives.compiled import compiled
 from primitives.kinematics import forward_kinematics, frame_jacobians
+from primitives.memory import MEMORY, cube, integers, matrix, vector
 from primitives.rcm import constraint_jacobian, constraint_jacobian_rate, port_error
-from primitives.voxel_grid import nearest_to_segment
 
-SHAFT = 1
-"""Place of the shaft frame among the frames of the memory; 0 is the world."""
 HANDLE = 2
 """Place of the frame that the sensor is on."""
-FARTHEST = 10.0
-"""Metres up to which a cloud is searched for the nearest point where none is within sight."""
-
-
-@compiled(f"void({MEMORY}, int64)")
-def place_segment(f: Array, fl: np.ndarray, w: np.ndarray, wl: np.ndarray, region: int) -> None:
-    """The region's tool element in the world: base and direction in SEGMENT (6,)."""
-    pose, table, segment = matrix(f, fl, Real.POSE)[SHAFT], matrix(f, fl, Real.REGION), vector(f, fl, Real.SEGMENT)
-    for r in range(3):
-        a, b, c = pose[3 * r], pose[3 * r + 1], pose[3 * r + 2]
-        x, y, z = table[region, 0], table[region, 1], table[region, 2]
-        segment[r] = pose[9 + r] + a * x + b * y + c * z
-        x, y, z = table[region, 3], table[region, 4], table[region, 5]
-        segment[3 + r] = a * x + b * y + c * z
-
-
-@compiled(f"int64({MEMORY}, {CLOUDS})")
-def evaluate_regions(
-    f: Array,
-    fl: np.ndarray,
-    w: np.ndarray,
-    wl: np.ndarray,
-    points: Array,
-    order: np.ndarray,
-    start: np.ndarray,
-    index: np.ndarray,
-    place: Array,
-    distance: Array,
-    near: Array,
-) -> int:
-    """Potential, repulsion, stiffness and clearance of all regions at the present POSE. Returns a `Reason`, or 0."""
-    outcome, settings, touch = integers(w, wl, Whole.OUTCOME), vector(f, fl, Real.SETTINGS), vector(f, fl, Real.TOUCH)
-    F_r, F_rx, K = vector(f, fl, Real.F_R), vector(f, fl, Real.F_RX), matrix(f, fl, Real.STIFFNESS)
-    F_r[:] = 0.0
-    F_rx[:] = 0.0
-    K[:, :] = 0.0
-    outcome[Slot.NEARBY] = 0
-    outcome[Slot.REGION] = -1
-    outcome[Slot.POINT] = -1
-    table, whole, clouds = (
-        matrix(f, fl, Real.REGION),
-        integer_matrix(w, wl, Whole.REGION),
-        matrix(f, fl, Real.REGION_POSE),
-    )
-    pose, segment = matrix(f, fl, Real.POSE)[SHAFT], vector(f, fl, Real.SEGMENT)
-    axis, found, local = vector(f, fl, Real.AXIS), vector(f, fl, Real.FOUND), vector(f, fl, Real.LOCAL)
-    for r in range(3):
-        axis[r] = pose[3 * r + 2]
-    sight, nearest = settings[Setting.SIGHT], FARTHEST
-    touch[Touch.POTENTIAL] = 0.0
-    seen = 0
-    for region in range(table.shape[0]):
-        place_segment(f, fl, w, wl, region)
-        first, count = whole[region, 0], whole[region, 1]
-        cells, many = whole[region, 2], whole[region, 3]
-        found[0] = 0.0
-        found[1] = nearest
-        found[2] = -1.0
-        many_near = repel(
-            points[first : first + count],
-            start[cells : cells + many],
-            whole[region, 4:7],
-            table[region, 9:12],
-            table[region, 8],
-            clouds[region],
-            segment[:3],
-            segment[3:6],
-            table[region, 6],
-            table[region, 7],
-            sight,
-            settings[Setting.STIFFNESS],
-            settings[Setting.RANGE],
-            settings[Setting.LINEAR_BELOW],
-            pose[9:12],
-            vector(f, fl, Real.PORT),
-            axis,
-            seen,
-            index,
-            place,
-            distance,
-            near,
-            F_r,
-            F_rx,
-            K,
-            found,
-        )
-        if many_near < 0:
-            return Reason.NOT_FINITE
-        if many_near == 0 and nearest > sight:
-            for c in range(3):
-                x, y, z = clouds[region, c], clouds[region, 3 + c], clouds[region, 6 + c]
-                a, b, e = (
-                    segment[0] - clouds[region, 9],
-                    segment[1] - clouds[region, 10],
-                    segment[2] - clouds[region, 11],
-                )
-                local[c] = x * a + y * b + z * e
-                local[3 + c] = x * segment[3] + y * segment[4] + z * segment[5]
-            far = nearest_to_segment(
-                points[first : first + count],
-                start[cells : cells + many],
-                whole[region, 4:7],
-                table[region, 9:12],
-                table[region, 8],
-                local[:3],
-                local[3:6],
-                table[region, 6],
-                table[region, 7] + nearest,
-                index,
-                place,
-                distance,
-            )
-            if far == 1 and distance[0] - table[region, 7] < nearest:
-                found[1] = distance[0] - table[region, 7]
-                found[2] = index[0]
-        seen += many_near
-        touch[Touch.POTENTIAL] += found[0]
-        if found[2] >= 0.0:
-            nearest = found[1]
-            outcome[Slot.REGION] = region
-            outcome[Slot.POINT] = order[first + int(found[2])]
-    outcome[Slot.NEARBY] = seen
-    touch[Touch.CLEARANCE] = nearest
-    return Reason.INSIDE if nearest <= 0.0 else Reason.NONE
+NEAR = 4.0
+"""Times the smallest singular value that the condition's limit allows, below which its rate is bounded."""
 
 
 @compiled(f"int64({MEMORY}, {CLOUDS}, float64[::1])")
@@ -215,35 +91,32 @@ def evaluate(
     return blocked
 
 
-@compiled(f"void({MEMORY})")
-def settle(f: Array, fl: np.ndarray, w: np.ndarray, wl: np.ndarray) -> None:
-    """What is done once for a configuration that is kept: G is handed on, and the condition of J_t is measured.
+@compiled(f"void({MEMORY}, int64, float64, float64)")
+def add_singular_slope(
+    f: Array, fl: np.ndarray, w: np.ndarray, wl: np.ndarray, place: int, value: float, factor: float
+) -> None:
+    """Add to SINGULAR_ROW (m,) factor times the derivative of a singular value by v.
 
-    SINGULAR (4,) becomes [smallest, largest singular value, condition, bound]; near the limit SINGULAR_ROW (m,) is
-    the derivative of the smallest singular value u^T J_t x by v, u^T (dJ_t/dq_k) x along Z, else zero.
+    With J_t x = value u its derivative by q_k is u^T (dJ_t/dq_k) x, and that by v follows along Z; u is a column of
+    EIGEN.
     """
-    matrix(f, fl, Real.G_LAST)[:, :] = matrix(f, fl, Real.G)
-    singular, row = vector(f, fl, Real.SINGULAR), vector(f, fl, Real.SINGULAR_ROW)
-    settings, vectors = vector(f, fl, Real.SETTINGS), matrix(f, fl, Real.EIGEN)
-    low, high, place = singular_values(matrix(f, fl, Real.GRAM), matrix(f, fl, Real.SCRATCH), vectors)
-    floor = high / settings[Setting.CONDITION_LIMIT]
-    singular[0] = low
-    singular[1] = high
-    singular[2] = high / max(low, 1e-300)
-    singular[3] = -np.inf
-    row[:] = 0.0
-    if low > 4.0 * floor:
-        return
-    singular[3] = -settings[Setting.LIMIT_GAIN] * max(0.0, low - floor)
-    J, Z, rate = matrix(f, fl, Real.J), matrix(f, fl, Real.Z), matrix(f, fl, Real.J_RATE)
+    J, Z, rate, vectors = (
+        matrix(f, fl, Real.J),
+        matrix(f, fl, Real.Z),
+        matrix(f, fl, Real.J_RATE),
+        matrix(f, fl, Real.EIGEN),
+    )
+    row, right, along = (
+        vector(f, fl, Real.SINGULAR_ROW),
+        vector(f, fl, Real.ACCELERATION),
+        vector(f, fl, Real.DIRECTION),
+    )
     d = J.shape[1]
-    right, along = vector(f, fl, Real.ACCELERATION), vector(f, fl, Real.DIRECTION)
+    along[:] = 0.0
     for k in range(d):
-        value = 0.0
+        right[k] = 0.0
         for i in range(6):
-            value += J[i, k] * vectors[i, place]
-        right[k] = value / low
-        along[k] = 0.0
+            right[k] += J[i, k] * vectors[i, place] / value
     for k in range(d):
         along[k] = 1.0
         jacobian_rate(J, along, rate)
@@ -252,7 +125,30 @@ def settle(f: Array, fl: np.ndarray, w: np.ndarray, wl: np.ndarray) -> None:
         for i in range(6):
             slope += vectors[i, place] * inner(rate[i], right)
         for j in range(row.shape[0]):
-            row[j] += Z[j, k] * slope
+            row[j] += factor * Z[j, k] * slope
+
+
+@compiled(f"void({MEMORY})")
+def settle(f: Array, fl: np.ndarray, w: np.ndarray, wl: np.ndarray) -> None:
+    """What is done once for a configuration that is kept: G is handed on, and the condition of J_t is measured.
+
+    SINGULAR (4,) becomes [smallest, largest singular value, condition, bound]; near the limit SINGULAR_ROW (m,) is
+    the derivative by v of the smallest minus the largest over the limit, which the bound is for; else zero.
+    """
+    matrix(f, fl, Real.G_LAST)[:, :] = matrix(f, fl, Real.G)
+    singular, settings = vector(f, fl, Real.SINGULAR), vector(f, fl, Real.SETTINGS)
+    gram, vectors = matrix(f, fl, Real.GRAM), matrix(f, fl, Real.EIGEN)
+    low, high, smallest, largest = singular_values(gram, matrix(f, fl, Real.SCRATCH), vectors)
+    share = 1.0 / settings[Setting.CONDITION_LIMIT]
+    singular[0] = low
+    singular[1] = high
+    singular[2] = high / max(low, 1e-300)
+    singular[3] = -np.inf
+    vector(f, fl, Real.SINGULAR_ROW)[:] = 0.0
+    if low > 0.0 and low < NEAR * high * share:
+        singular[3] = -settings[Setting.LIMIT_GAIN] * max(0.0, low - high * share)
+        add_singular_slope(f, fl, w, wl, smallest, low, 1.0)
+        add_singular_slope(f, fl, w, wl, largest, high, -share)
 
 
 @compiled(f"void({MEMORY})")

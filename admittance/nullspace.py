@@ -200,17 +200,19 @@ def free_inverse(Z: Array, W: Array, work: Array, factor: Array, Z_plus_T: Array
     return 1
 
 
-@compiled("Tuple((float64, float64, int64))(float64[:,::1], float64[:,::1], float64[:,::1])")
-def singular_values(gram: Array, work: Array, vectors: Array) -> tuple[float, float, int]:
-    """Smallest and largest singular value of J_t from its gram matrix, and the column of `vectors` of the smallest."""
+@compiled("Tuple((float64, float64, int64, int64))(float64[:,::1], float64[:,::1], float64[:,::1])")
+def singular_values(gram: Array, work: Array, vectors: Array) -> tuple[float, float, int, int]:
+    """Smallest and largest singular value of J_t from its gram matrix, and the columns of `vectors` they belong to."""
     work[:, :] = gram
     eigen(work, vectors)
-    place, low, high = 0, work[0, 0], work[0, 0]
+    smallest, largest = 0, 0
     for i in range(1, work.shape[0]):
-        if work[i, i] < low:
-            place, low = i, work[i, i]
-        high = max(high, work[i, i])
-    return np.sqrt(max(low, 0.0)), np.sqrt(max(high, 0.0)), place
+        if work[i, i] < work[smallest, smallest]:
+            smallest = i
+        if work[i, i] > work[largest, largest]:
+            largest = i
+    low, high = work[smallest, smallest], work[largest, largest]
+    return np.sqrt(max(low, 0.0)), np.sqrt(max(high, 0.0)), smallest, largest
 
 
 class FreeMotion(NamedTuple):
@@ -279,7 +281,7 @@ def free_motion(
     A, A_plus = np.empty((2, d)), np.empty((d, 2))
     multiply(A_x, J, A)
     usable = range_inverse(J, gram, factor, work, P)
-    smallest, largest, _ = singular_values(gram, work, np.empty((6, 6)))
+    smallest, largest, _, _ = singular_values(gram, work, np.empty((6, 6)))
     condition = largest / smallest if smallest > 0.0 else np.inf
     if usable and condition <= LARGEST_CONDITION:
         if last is None:

@@ -2,18 +2,7 @@
 
 from enum import IntEnum
 
-
-class State(IntEnum):
-    """State of the admittance after a cycle; the values are those of `vfi.outcome.State`."""
-
-    RUN = 0
-    """The target dynamics moved as they would."""
-    DEGRADED = 1
-    """A limit held the motion back; the reason names it."""
-    HOLD = 2
-    """The geometry allows no motion: zero velocity."""
-    FAULT = 3
-    """The input cannot be used: zero velocity."""
+from primitives.state import State as State
 
 
 class Reason(IntEnum):
@@ -65,7 +54,7 @@ class Slot(IntEnum):
     LIMITED = 2
     """Bits of `Limited`."""
     WHERE = 3
-    """Joint or cloud point that the reason is about, -1 where none."""
+    """Cloud point that the reason is about, -1 where none."""
     SUBSTEPS = 4
     """Sub-steps of this cycle; 0 where there was no motion."""
     REJECTED = 5

@@ -108,7 +108,7 @@ NEURO8 = Parameters(
     redundant_damping=0.1,
     k=1e-3,
     d_0=0.003,
-    shaft_length=0.32,
+    shaft_length=0.335,
     implicit_damping=True,
 )
 """For the 8-dof neurosurgical arm in a workspace of centimetres, hands of at most 10 N; Table 1 is unusable there.

@@ -7,12 +7,13 @@ no point within sight comes nearer by more than 0.3 of its clearance.
 import numpy as np
 
 from admittance.energy import book_step
-from admittance.memory import MEMORY, Real, Whole, integers, vector
+from admittance.memory import Real, Whole
 from admittance.model import apply_hand, propose, to_port
 from admittance.outcome import Limited, Setting, Slot, Touch
 from admittance.steps import DONE, START, bound, damp, limit, try_velocity
 from primitives.checks import Array
 from primitives.compiled import compiled
+from primitives.memory import MEMORY, integers, vector
 
 SHARE = 0.3
 """Of its clearance, by which a point may come nearer in a sub-step, by the linear prediction."""

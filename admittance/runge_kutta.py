@@ -4,12 +4,13 @@ import numpy as np
 
 from admittance.dense import inner, transform, transform_transposed
 from admittance.energy import book_forces, book_remainder, kinetic_energy, sum_of_kinetic_terms
-from admittance.memory import MEMORY, Real, Whole, integers, matrix, vector
+from admittance.memory import Real, Whole
 from admittance.model import accelerate, apply_hand, to_port
 from admittance.outcome import Book, Form, Option, Setting
 from admittance.steps import DONE, KEEP, START, bound, damp, full_step, keep, semi_implicit
 from primitives.checks import Array
 from primitives.compiled import compiled
+from primitives.memory import MEMORY, integers, matrix, vector
 
 LAST = 4
 """Phase after the sum of all four stages was evaluated; phases 1 to 3 come after the stages before."""

@@ -17,11 +17,12 @@ from admittance.energy import (
     sum_of_kinetic_terms,
 )
 from admittance.limits import fill_limits, fit_offset, limit_velocity
-from admittance.memory import MEMORY, Real, Whole, integers, matrix, vector
+from admittance.memory import Real, Whole
 from admittance.model import accelerate, propose, to_port
 from admittance.outcome import Book, Form, Integrator, Limited, Option, Reason, Setting, Slot, State
 from primitives.checks import Array
 from primitives.compiled import compiled
+from primitives.memory import MEMORY, integers, matrix, vector
 
 DONE = -1
 """The cycle's motion is complete."""

@@ -44,6 +44,7 @@ from .intrinsics import PAIR_SIGNATURE as PAIR_SIGNATURE
 from .kinematics import Kinematics as Kinematics
 from .pair import Pair as Pair
 from .point_cloud import PointCloud as PointCloud
+from .rcm import RCM as RCM
 from .robot import Limits as Limits
 from .robot import Robot as Robot
 from .spec import dump_constraints as dump_constraints
@@ -55,6 +56,7 @@ from .voxel_grid import build_grid as build_grid
 
 __all__ = [
     "PAIR_SIGNATURE",
+    "RCM",
     "ActiveConstraintsError",
     "Constraint",
     "ConstraintSet",

@@ -30,7 +30,7 @@ class Memory:
 
     Attributes
     ----------
-    floats, float_layout, integers, integer_layout : what compiled functions take.
+    floats, float_layout, integers, integer_layout : the arrays, and where the blocks lie in them.
     real, whole : views by block.
     """
 
@@ -39,6 +39,8 @@ class Memory:
         self.floats: Array = np.zeros(size)
         self.integer_layout, size = _layout(whole)
         self.integers = np.zeros(size, dtype=np.int64)
+        self.arguments = self.floats, self.float_layout, self.integers, self.integer_layout
+        """What compiled functions take, in the order of MEMORY."""
         self.real: dict[Any, Array] = {
             name: _view(self.floats, self.float_layout[name], shape) for name, shape in real.items()
         }
@@ -75,6 +77,14 @@ def vector(memory: Array, layout: np.ndarray, name: int) -> Array:
     """A block of one dimension."""
     view: Array = block(memory, layout[name, 0], (layout[name, 1],))
     return view
+
+
+@compiled("int64(float64[::1], float64[:,::1], int64, int64)")
+def put(block: Array, ring: Array, row: int, at: int) -> int:
+    """Copy a block of one dimension into ring[row] from column `at` on; returns the column after it."""
+    for i in range(block.shape[0]):
+        ring[row, at + i] = block[i]
+    return at + len(block)
 
 
 @compiled("float64[:,::1](float64[::1], int64[:,::1], int64)")

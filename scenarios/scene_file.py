@@ -5,19 +5,20 @@ not give itself. ``enforce: [C1, C2]`` chooses which constraints are enforced; t
 """
 
 from pathlib import Path
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 from primitives.errors import InputError, UnknownNameError
 from primitives.files.document import Document, Problem, refuse
 from primitives.files.model import Names, show, validate
 from primitives.files.yaml_file import read, write
 from primitives.spec import declared_names
-from scenarios.hands_on.scene import HandsOnScene
-from scenarios.hands_on.scene_file import HandsOnModel
 from scenarios.robots import robots
 from scenarios.scene import Scene
 from scenarios.scene_model import SceneModel, scene_data
 from scenarios.scenes import scene_path
+
+if TYPE_CHECKING:
+    from scenarios.hands_on.scene import HandsOnScene
 
 MAX_FILES = 4
 """Most files that one scene may be spread over."""
@@ -38,11 +39,11 @@ def load_scene(path_or_name: str | Path) -> Scene:
     return scene
 
 
-def load_any(path_or_name: str | Path, robot: str | None = None) -> Scene | HandsOnScene:
+def load_any(path_or_name: str | Path, robot: str | None = None) -> "Scene | HandsOnScene":
     """A scene by its name, or from a file: whatever is a Path or ends in ".yaml" or ".yml".
 
-    A file that has a port, an anatomy, a hand or what is forbidden is a hands-on scene; files of anatomy that it names
-    are looked for from its own folder. robot chooses a named scene's variant for that robot, if it has one.
+    A file that has a port, an anatomy, a hand or what is forbidden is a hands-on scene; files that it names are looked
+    for from its own folder. robot chooses a named scene's variant for that robot, if it has one.
 
     Raises
     ------
@@ -53,23 +54,24 @@ def load_any(path_or_name: str | Path, robot: str | None = None) -> Scene | Hand
     path = Path(path_or_name) if is_file else scene_path(str(path_or_name), robot)
     document = _with_bases(path, ())
     names = _names(document.data)
-    model: SceneModel | HandsOnModel
     if isinstance(document.data, dict) and not document.data.keys().isdisjoint(HANDS_ON_KEYS):
-        _find_from(path.parent, document.data.get("anatomy"))
-        model = validate(HandsOnModel, document, names)
-    else:
-        model = validate(SceneModel, document, names)
+        return _hands_on(document, names, path.parent)
+    model = validate(SceneModel, document, names)
     try:
         return model.build()
     except InputError as error:
         refuse([Problem(document.mark(()), (), str(error))])
 
 
-def _find_from(folder: Path, anatomy: Any) -> None:
-    """Make the places of files in an anatomy's data absolute; the data need not be right."""
-    for name in ("organ", "vessels"):
-        if isinstance(anatomy, dict) and isinstance(anatomy.get(name), str) and anatomy[name]:
-            anatomy[name] = str((folder / anatomy[name]).absolute())
+def _hands_on(document: Document, names: Names, folder: Path) -> "HandsOnScene":
+    """What the admittance needs is imported here only: the other scenes start faster without."""
+    from scenarios.hands_on.scene_file import HandsOnModel
+
+    model = validate(HandsOnModel, document, names)
+    try:
+        return model.build().located(folder)
+    except InputError as error:
+        refuse([Problem(document.mark(()), (), str(error))])
 
 
 def dump_scene(scene: Scene) -> str:

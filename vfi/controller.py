@@ -103,12 +103,7 @@ class Controller:
         self.cycles = 0
         """Cycles so far; cycle k writes ring[k % len(ring)]."""
         self._memory = lowered.memory
-        self._arguments = (
-            lowered.memory.floats,
-            lowered.memory.float_layout,
-            lowered.memory.integers,
-            lowered.memory.integer_layout,
-        )
+        self._arguments = lowered.memory.arguments
         real, whole = lowered.memory.real, lowered.memory.whole
         self._inputs = ("q", real[Real.Q]), ("qdot", real[Real.QDOT]), ("reference", real[Real.REFERENCE])
         self._clock, self._v, self._multiplier = real[Real.CLOCK], real[Real.V], real[Real.MULTIPLIER]

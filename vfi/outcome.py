@@ -2,18 +2,7 @@
 
 from enum import IntEnum
 
-
-class State(IntEnum):
-    """State of the controller after a cycle."""
-
-    RUN = 0
-    """The command is the optimum, or the optimum of a re-solved program."""
-    DEGRADED = 1
-    """The command was verified, but something had to yield; the reason names it."""
-    HOLD = 2
-    """No command could be verified: zero velocity."""
-    FAULT = 3
-    """The measurement or the geometry cannot be used: zero velocity."""
+from primitives.state import State as State
 
 
 class Guard(IntEnum):

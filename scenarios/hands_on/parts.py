@@ -33,8 +33,7 @@ class AnatomySource:
     at : (3,) of the origin of a procedural anatomy, relative to the port, metres, world axes.
     turn : about the world's z axis, rad; on files about the axis of the port.
     radius, opening : of a bowl, metres and rad.
-    organ, vessels : files (PLY, STL, OBJ, GLB, PCD), of which one may be missing, kept as absolute paths, so that they
-        are found from wherever the scene is run again. unit : of their coordinates.
+    organ, vessels : files (PLY, STL, OBJ, GLB, PCD), of which one may be missing. unit : of their coordinates.
     depth : of the nearest point of files below the port, metres.
     gaps : "refuse" files of points that leave gaps wider than d_c, or "fill" them.
 
@@ -71,9 +70,6 @@ class AnatomySource:
             number(getattr(self, name), f"{name} of the anatomy", positive=True)
         if (self.kind == FILES) != bool(self.organ or self.vessels):
             raise InputError(f'anatomy "{self.kind}": files (organ, vessels) go with the kind "{FILES}", and need it')
-
-        for name in self.parts if self.kind == FILES else ():
-            object.__setattr__(self, name, str(Path(getattr(self, name)).absolute()))
 
     @property
     def parts(self) -> tuple[str, ...]:

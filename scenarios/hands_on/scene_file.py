@@ -14,6 +14,7 @@ from primitives.point_cloud import Gaps
 from primitives.units import METRES
 from scenarios.hands_on.parts import KINDS, AnatomySource
 from scenarios.hands_on.pull import WAYS, Pull, Waypoint
+from scenarios.hands_on.push import Push
 from scenarios.hands_on.scene import TOOL_PARTS, Forbidden, HandsOnScene, ToolPart
 from scenarios.robots import robots
 from scenarios.scene import check_name
@@ -41,25 +42,74 @@ class _WaypointModel(FileModel):
         if len(given) != 1:
             raise InputError(f"expected one of {', '.join(WAYS)}, got {' and '.join(w for w, _ in given) or 'none'}")
         way, at = given[0]
-        return Waypoint(self.t, at if isinstance(at, str) else (at[0], at[1], at[2]), self.beyond, way)
+        return Waypoint(self.t, at if isinstance(at, str) else _triple(at), self.beyond, way)
+
+
+class _WrenchModel(FileModel):
+    t: NotNegative
+    force: Vector = Field(default=[0.0, 0.0, 0.0])
+    torque: Vector = Field(default=[0.0, 0.0, 0.0])
+
+
+_PULLS = ("stiffness", "damping", "most", "delay")
+_PUSHES = ("interpolate",)
+_HANDS = ("waypoints", "wrenches", "record")
 
 
 class _HandModel(FileModel):
-    waypoints: Annotated[list[_WaypointModel], list_of(_WaypointModel)]
+    """A hand that pulls along waypoints, or one whose wrenches are given, here or on a record."""
+
+    waypoints: Annotated[list[_WaypointModel], list_of(_WaypointModel)] | None = None
+    wrenches: Annotated[list[_WrenchModel], list_of(_WrenchModel)] | None = None
+    record: Text | None = None
     stiffness: NotNegative = Pull.stiffness
     damping: NotNegative = Pull.damping
     most: Positive = Pull.most
-    tremor: NotNegative = Pull.tremor
     delay: NotNegative = Pull.delay
+    interpolate: bool = Push.interpolate
+    tremor: NotNegative = Pull.tremor
 
     @model_validator(mode="after")
     def _fits(self) -> Self:
         self.build()
         return self
 
-    def build(self) -> Pull:
-        own = {name: getattr(self, name) for name in type(self).model_fields}
-        return Pull(**(own | {"waypoints": tuple(w.build() for w in self.waypoints)}))
+    def build(self) -> Pull | Push:
+        given = [name for name in _HANDS if getattr(self, name) is not None]
+        if len(given) != 1:
+            raise InputError(f"expected one of {', '.join(_HANDS)}, got {' and '.join(given) or 'none'}")
+        foreign = set(_PUSHES if self.waypoints is not None else _PULLS) & self.model_fields_set
+        if foreign:
+            raise InputError(f"{' and '.join(sorted(foreign))} cannot go with {given[0]}; leave out one or the other")
+        if self.waypoints is not None:
+            own = {name: getattr(self, name) for name in _PULLS}
+            return Pull(waypoints=tuple(w.build() for w in self.waypoints), tremor=self.tremor, **own)
+        rows = self.wrenches or []
+        return Push(
+            times=tuple(row.t for row in rows),
+            wrenches=tuple((*_triple(row.force), *_triple(row.torque)) for row in rows),
+            file=self.record or "",
+            interpolate=self.interpolate,
+            tremor=self.tremor,
+        )
+
+
+def _triple(value: list[float]) -> tuple[float, float, float]:
+    x, y, z = value
+    return x, y, z
+
+
+def _hand_data(hand: Pull | Push) -> dict[str, Any]:
+    if isinstance(hand, Pull):
+        waypoints = [
+            {"t": w.t, w.way: w.at if isinstance(w.at, str) else list(w.at), "beyond": w.beyond} for w in hand.waypoints
+        ]
+        return {**{name: getattr(hand, name) for name in (*_PULLS, "tremor")}, "waypoints": waypoints}
+    plain = {"interpolate": hand.interpolate, "tremor": hand.tremor}
+    if hand.file:
+        return {**plain, "record": hand.file}
+    rows = zip(hand.times, hand.wrenches, strict=True)
+    return {**plain, "wrenches": [{"t": t, "force": list(w[:3]), "torque": list(w[3:])} for t, w in rows]}
 
 
 class _AnatomyModel(FileModel):
@@ -81,7 +131,7 @@ class _AnatomyModel(FileModel):
         return self
 
     def build(self) -> AnatomySource:
-        return AnatomySource(**(self.model_dump() | {"at": (self.at[0], self.at[1], self.at[2])}))
+        return AnatomySource(**(self.model_dump() | {"at": _triple(self.at)}))
 
 
 class _ForbiddenModel(FileModel):
@@ -155,7 +205,7 @@ class HandsOnModel(FileModel):
             None,
             [
                 (("hand", "waypoints", i, way), str(UnknownNameError("part of the anatomy", name, parts)))
-                for i, waypoint in enumerate(self.hand.waypoints)
+                for i, waypoint in enumerate(self.hand.waypoints or [])
                 for way in ("into", "across")
                 if (name := getattr(waypoint, way)) is not None and name not in parts
             ],
@@ -173,10 +223,6 @@ class HandsOnModel(FileModel):
 def hands_on_data(scene: HandsOnScene) -> dict[str, Any]:
     """The scene as plain data, from which `HandsOnModel` builds an equal one; raises InputError."""
     plain = {name: getattr(scene, name) for name in ("name", "robot", "group", "shaft", "form", "integrator")}
-    waypoints = [
-        {"t": w.t, w.way: w.at if isinstance(w.at, str) else list(w.at), "beyond": w.beyond}
-        for w in scene.hand.waypoints
-    ]
     parameters = {k: list(v) if isinstance(v, tuple) else v for k, v in asdict(scene.parameters).items()}
     return {
         **plain,
@@ -187,7 +233,7 @@ def hands_on_data(scene: HandsOnScene) -> dict[str, Any]:
         "parameters": parameters,
         "anatomy": {**asdict(scene.anatomy), "at": list(scene.anatomy.at), "cover": dict(scene.anatomy.cover)},
         "forbidden": {name: asdict(f) for name, f in scene.forbidden.items()},
-        "hand": {**{k: v for k, v in asdict(scene.hand).items() if k != "waypoints"}, "waypoints": waypoints},
+        "hand": _hand_data(scene.hand),
         "period": float(scene.period),
         "duration": float(scene.duration),
     }

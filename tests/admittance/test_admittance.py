@@ -108,8 +108,8 @@ def test_ledger_is_an_identity(make, integrator):
     )  # fmt: skip
     np.testing.assert_allclose(np.diff(column(a, "storage") - sums), 0.0, atol=1e-12)
     assert np.all(np.diff(column(a, "dissipated")) >= 0.0) and np.all(np.diff(column(a, "limited_work")) <= 1e-15)
-    if integrator != "euler":
-        assert np.all(np.diff(column(a, "numerical")) <= 1e-6)
+    if integrator == "robust" or (make is neuro and integrator == "semi-implicit"):
+        assert np.all(np.diff(column(a, "numerical")) <= 1e-15), "an implicit step takes energy out"
 
 
 def test_excess_is_the_largest_growth_over_any_interval():
@@ -209,7 +209,7 @@ def test_bad_wrenches_stop_for_a_cycle_and_harm_nothing(wrench, words):
     np.testing.assert_array_equal(a.q, q)
     after = a.step(0.408, [5.0, 0, 0, 0, 0, 0])
     assert after.state == State.RUN and np.isfinite(after.q).all() and after.v.any()
-    assert np.isfinite(a.ring[: a.cycles]).all() or np.isinf(a.ring[: a.cycles][~np.isfinite(a.ring[: a.cycles])]).all()
+    assert not np.isnan(a.ring[: a.cycles]).any()
     assert column(a, "excess")[-1] <= 1e-12
 
 

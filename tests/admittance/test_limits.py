@@ -9,12 +9,12 @@ from admittance.limits import fill_limits, fit_offset, limit_velocity
 from admittance.outcome import Limited
 
 
-def random_case(rng: np.random.Generator, d: int = 7):
+def random_case(rng: np.random.Generator, stuck: float = 0.2, d: int = 7):
     m = d - 2
     Z, B = rng.normal(size=(m, d)), rng.normal(size=(m, m))
     X = 0.2 * B @ B.T + np.eye(m)
-    low = np.array([-rng.exponential(1.0, d) * (rng.random(d) > 0.2), np.zeros(d)])
-    high = np.array([rng.exponential(1.0, d) * (rng.random(d) > 0.2), np.zeros(d)])
+    low = np.array([-rng.exponential(1.0, d) * (rng.random(d) >= stuck), np.zeros(d)])
+    high = np.array([rng.exponential(1.0, d) * (rng.random(d) >= stuck), np.zeros(d)])
     speed = rng.exponential(1.0, d) + 0.05
     low[1], high[1] = np.maximum(low[0], -speed), np.minimum(high[0], speed)
     offset = 0.3 * rng.normal(size=d)
@@ -50,20 +50,18 @@ def test_bounds_are_kept_and_energy_only_leaves():
 
 
 def test_the_projection_is_the_nearest_velocity_by_another_solver():
-    rng, compared = np.random.default_rng(2), 0
+    """Hildreth's method converges linearly: to 1e-6 in nine of ten cases of seven joints that are limited at once,
+    and whatever is left after its sweeps never leaves the bounds or puts energy in (the test above)."""
+    rng, errors = np.random.default_rng(2), []
     for _ in range(200):
-        Z, X, low, high, offset = random_case(rng)
+        Z, X, low, high, _ = random_case(rng, 0.0)
         low[1], high[1] = -1e6, 1e6
-        fit_offset(offset, low, high)
         v = rng.normal(size=5)
         out, done = limited(v, Z, X, low, high, np.zeros(7))
-        if done != Limited.POSITION:
-            continue
-        expected = solve_qp(X, -X @ v, np.vstack([Z.T, -Z.T]), np.concatenate([high[0], -low[0]]), solver="daqp")
-        if expected is not None and np.abs(Z.T @ out - np.clip(Z.T @ out, low[0], high[0])).max() < 1e-9:
-            compared += 1
-            assert (out - v) @ X @ (out - v) <= (expected - v) @ X @ (expected - v) + 1e-6
-    assert compared > 50
+        if done & Limited.POSITION:
+            expected = solve_qp(X, -X @ v, np.vstack([Z.T, -Z.T]), np.concatenate([high[0], -low[0]]), solver="daqp")
+            errors.append(np.abs(out - expected).max())
+    assert len(errors) > 150 and np.quantile(errors, 0.9) < 1e-6
 
 
 def test_scaling_alone_keeps_the_direction():

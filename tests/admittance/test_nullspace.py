@@ -88,11 +88,11 @@ def test_the_wrist_of_the_neurosurgical_arm_is_its_redundancy():
 @pytest.mark.parametrize("name", ["lwr4plus", "nine"])
 def test_G_is_continuous_along_a_motion_and_its_rate_is_the_one_stated(name):
     robot, frame = ARMS[name]
-    q, h = (Q0 if name == "lwr4plus" else np.linspace(-0.6, 0.8, 9)), 1e-4
+    q, h = (Q0 if name == "lwr4plus" else np.linspace(-0.6, 0.8, 9)), 5e-4
     direction = np.cos(np.arange(robot.n))
     k = robot.kinematics(q)
     last = first = free_motion(k, frame, on_shaft(robot, q, frame, 0.2))
-    for step in range(1, 2001):
+    for step in range(1, 401):
         k = robot.kinematics(q + step * h * direction)
         now = free_motion(k, frame, k.translation(frame) - 0.2 * k.rotation(frame)[:, 2], last=last)
         assert np.abs(now.G - last.G).max() < 20.0 * h

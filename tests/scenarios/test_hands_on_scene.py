@@ -11,6 +11,7 @@ from primitives.elements import Point, Segment
 from primitives.errors import FileError, InputError, UnknownNameError
 from scenarios.hands_on.parts import AnatomySource, build_parts
 from scenarios.hands_on.pull import Pull, Waypoint
+from scenarios.hands_on.push import Push
 from scenarios.hands_on.scene import Forbidden, HandsOnScene
 from scenarios.hands_on.scene_file import dump_hands_on, hands_on_data
 from scenarios.scene import MAX_CYCLES
@@ -177,17 +178,24 @@ def test_dump_and_load_lose_nothing_of_a_scene_with_everything(tmp_path):
         assert load_any(written(tmp_path, dump_hands_on(one))) == one
 
 
-def test_files_of_anatomy_are_looked_for_beside_the_scene_and_kept_as_whole_paths(tmp_path, monkeypatch):
+def test_files_are_looked_for_beside_the_scene_and_kept_as_whole_paths(tmp_path, monkeypatch):
     text = changed(VALID, {14: "  kind: files", 16: "  organ: a/kidney.ply", 17: "  vessels: vessels.stl"})
     scene = load_any(written(tmp_path, text))
     assert (scene.anatomy.organ, scene.anatomy.vessels) == (f"{tmp_path}/a/kidney.ply", f"{tmp_path}/vessels.stl")
     (elsewhere := tmp_path / "elsewhere").mkdir()
     assert load_any(written(elsewhere, dump_hands_on(scene))) == scene
-    monkeypatch.chdir(elsewhere)
-    source = AnatomySource("files", {"organ": 0.005}, organ="organ.ply")
-    assert source.organ == f"{elsewhere}/organ.ply"
-    assert source.vessels == ""
-    assert source.parts == ("organ",)
+    monkeypatch.chdir(tmp_path)
+    assert load_any("scene.yaml") == scene
+    pushed = changed(text, {22: "  record: a/hand.csv", **dict.fromkeys(range(23, 31))})
+    assert load_any(written(elsewhere, pushed)).hand == Push(file=f"{elsewhere}/a/hand.csv")
+
+
+def test_wrenches_that_are_given(tmp_path):
+    rows = ["    - {t: 0.5, force: [0, 0, -3]}", "    - {t: 1, torque: [0.1, 0, 0]}"]
+    lines = {22: "  wrenches:", 23: rows[0], 24: rows[1], 25: "  interpolate: true", 26: "  tremor: 0.2"}
+    scene = load_any(written(tmp_path, changed(VALID, lines | dict.fromkeys(range(27, 31)))))
+    assert scene.hand == Push((0.5, 1.0), ((0, 0, -3, 0, 0, 0), (0, 0, 0, 0.1, 0, 0)), interpolate=True, tremor=0.2)
+    assert load_any(written(tmp_path, dump_hands_on(scene))) == scene
 
 
 def test_what_a_file_cannot_hold_is_not_dumped():
@@ -287,6 +295,19 @@ BROKEN = {
         {29: "    - {t: 1, into: vessels}"},
         [(21, "hand: waypoints of a pull: expected at least one, with growing times, got [1.0, 1.0, 3.0]")],
     ),
+    "two hands": (
+        {22: "  record: hand.csv"},
+        [(21, "hand: expected one of waypoints, wrenches, record, got waypoints and")],
+    ),
+    "no hand": (
+        {**dict.fromkeys(range(22, 31)), 22: "  tremor: 0"},
+        [(21, "hand: expected one of waypoints, wrenches, record, got none")],
+    ),
+    "a stiff record": (
+        {23: "  record: hand.csv", **dict.fromkeys(range(24, 31))},
+        [(21, "hand: stiffness cannot go with record")],
+    ),
+    "an interpolated pull": ({23: "  interpolate: true"}, [(21, "hand: interpolate cannot go with waypoints")]),
     "a hand without force": ({24: "  most: 0"}, [(24, "hand.most: expected a number > 0, got 0")]),
     "period": ({31: "period: 0"}, [(31, "period: expected a number > 0, got 0")]),
     "too long": ({32: f"duration: {0.002 * (MAX_CYCLES + 1)}"}, [(32, "duration: ")]),
