@@ -86,6 +86,9 @@ def run(
     plant: Annotated[
         PlantName, typer.Option(help="Of hands-on scenes: ideal joints, or physics.")
     ] = PlantName.kinematic,
+    enforcement: Annotated[
+        str, typer.Option(help="Of hands-on scenes: admittance (potentials), vfi (inequalities), both, none.")
+    ] = "admittance",
     integrator: Annotated[
         str | None, typer.Option(help="Of hands-on scenes: semi-implicit, euler, rk4, robust; default: the scene's.")
     ] = None,
@@ -110,6 +113,7 @@ def run(
             robot=robot,
             out=out,
             plant=plant.value,
+            enforcement=enforcement,
             integrator=integrator,
             form=form,
             organ=organ,

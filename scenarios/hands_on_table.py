@@ -39,7 +39,8 @@ def print_hands_on(results: Sequence[dict[str, Any]], console: Console, shown: i
 
 
 def _label(r: dict[str, Any]) -> str:
-    return f"{r['scene']} {r['robot']} {r['plant']}"
+    method = "" if r["enforcement"] == "admittance" else f" {r['enforcement']}"
+    return f"{r['scene']} {r['robot']} {r['plant']}{method}"
 
 
 def _cells(r: dict[str, Any]) -> list[str]:

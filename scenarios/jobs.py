@@ -18,7 +18,7 @@ class Choices:
     ----------
     solver, guard : of scenes that follow a trajectory. period : T, seconds. seed : of everything random.
     robot : another robot than the scene's. out : folder of traces.
-    plant, integrator, form : of hands-on scenes. organ, vessels, unit : files in the place of their
+    plant, enforcement, integrator, form : of hands-on scenes. organ, vessels, unit : files in the place of their
         anatomy. fill_gaps : of files of points, instead of refusing them.
     """
 
@@ -29,6 +29,7 @@ class Choices:
     robot: str | None = None
     out: Path | None = None
     plant: str = "kinematic"
+    enforcement: str = "admittance"
     integrator: str | None = None
     form: str | None = None
     organ: Path | None = None

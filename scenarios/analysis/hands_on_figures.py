@@ -132,7 +132,9 @@ def draw_hands_on(trace: Trace, scene: HandsOnScene, parts: Mapping[str, Part], 
     """Draw the paper's figures of a run; returns the files, PNG and SVG of each."""
     whole = any(f.keeps_out == "tool" for f in scene.forbidden.values())
     main, last = ("figure10", "figure11") if whole else ("figure7", "figure9")
-    stem = f"{trace.header['scene']}-{trace.header['robot']}-{trace.header['plant']}"
+    run = trace.header
+    method = "" if run["enforcement"] == "admittance" else f"-{run['enforcement']}"
+    stem = f"{run['scene']}-{run['robot']}-{run['plant']}{method}"
     drawn = {
         f"{stem}-{main}-traces": traces_in_space(trace, scene, parts),
         f"{stem}-{main}-time": over_time(trace, scene, parts),

@@ -129,6 +129,7 @@ def summary(trace: Trace, scene: HandsOnScene, parts: Mapping[str, Part]) -> dic
         "passivity_excess_J": float(trace["excess"][-1]),
         "passivity_excess_chord_J": float(trace["excess_chord"][-1]),
         "hand_work_J": float(trace["hand"][-1]),
+        "constraint_work_J": float(trace["constraint_work"][-1]),
         "dissipated_J": float(trace["dissipated"][-1]),
         "contact_fraction": float(touching.mean()),
         "slipped": slipped(touching, at, scene.parameters.d_0, period),

@@ -11,6 +11,7 @@ import numpy as np
 from primitives.errors import InputError
 from primitives.point_cloud import Gaps
 from scenarios.analysis.trace import Trace
+from scenarios.hands_on.enforcement import enforce
 from scenarios.hands_on.parts import FILES, AnatomySource, Part, build_parts
 from scenarios.hands_on.plant import build_plant
 from scenarios.hands_on.run import run_hands_on
@@ -25,13 +26,14 @@ class HandsOnJob:
 
     scene: HandsOnScene
     plant: str
+    enforcement: str
     seed: int
     file: Path | None
 
     @property
     def label(self) -> str:
         """See `Job`."""
-        return f"{self.scene.name} {self.scene.robot} {self.plant}"
+        return f"{self.scene.name} {self.scene.robot} {self.plant} {self.enforcement}"
 
     @cached_property
     def parts(self) -> Mapping[str, Part]:
@@ -41,14 +43,20 @@ class HandsOnJob:
     def check(self) -> None:
         """Build everything that the run will need; raises where something does not fit."""
         robot = self.scene.build_robot()
-        self.scene.build(robot, self.parts)
+        enforce(self.enforcement, self.scene, robot, self.parts)
         clouds = {name: part.cloud for name, part in self.parts.items()}
         build_plant(self.plant, self.scene, robot, clouds, self.seed)
 
     def run(self, progress: Progress) -> Trace:
         """See `Job`."""
         return run_hands_on(
-            self.scene, plant=self.plant, seed=self.seed, out=self.file, progress=progress, parts=self.parts
+            self.scene,
+            plant=self.plant,
+            enforcement=self.enforcement,
+            seed=self.seed,
+            out=self.file,
+            progress=progress,
+            parts=self.parts,
         )
 
     def summary(self, trace: Trace) -> dict[str, Any]:
@@ -76,8 +84,10 @@ def hands_on_job(scene: HandsOnScene, choices: Choices) -> HandsOnJob:
     scene = scene.with_changes(**{name: value for name, value in changes.items() if value is not None})
     if choices.organ or choices.vessels:
         scene = scene.with_changes(anatomy=_from_files(scene.anatomy, choices))
-    file = choices.out / f"{scene.name}-{scene.robot}-{choices.plant}.mcap" if choices.out is not None else None
-    job = HandsOnJob(scene, choices.plant, choices.seed, file)
+    suffix = "" if choices.enforcement == "admittance" else f"-{choices.enforcement}"
+    stem = f"{scene.name}-{scene.robot}-{choices.plant}{suffix}"
+    file = choices.out / f"{stem}.mcap" if choices.out is not None else None
+    job = HandsOnJob(scene, choices.plant, choices.enforcement, choices.seed, file)
     job.check()
     return job
 

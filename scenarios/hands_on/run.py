@@ -1,6 +1,7 @@
 """One hands-on run: hand, admittance and plant in a loop, to a trace."""
 
 from collections.abc import Callable, Mapping
+from dataclasses import asdict
 from pathlib import Path
 from typing import Any
 
@@ -11,6 +12,7 @@ from primitives.checks import Array
 from primitives.errors import InputError
 from scenarios.analysis.recorder import Recorder
 from scenarios.analysis.trace import Trace
+from scenarios.hands_on.enforcement import enforce
 from scenarios.hands_on.parts import Part, build_parts
 from scenarios.hands_on.plant import build_plant
 from scenarios.hands_on.scene import HandsOnScene
@@ -22,36 +24,40 @@ KIND = "hands-on"
 
 
 class Extras:
-    """What the admittance does not know, beside its records: what the plant measured and what the hand did.
+    """What the admittance does not know, beside its records: what the rows and the hand did and the plant measured.
 
-    plant_q (n,) measured joints, rad and m; hand_wrench (6,) of the hand on the handle, world axes, N and Nm; and
-    contact_NAME (3,) the force on the tool of the port and of each part, N.
+    constraint_work, what inequalities have done so far, J; plant_q (n,) measured joints, rad and m; hand_wrench (6,) of
+    the hand on the handle, world axes, N and Nm; contact_NAME (3,) the force on the tool of the port and each part, N.
     """
 
     def __init__(self, first: int, robot_n: int, touched: tuple[str, ...], cycles: int):
         self.columns, at = {}, first
-        for name, size in (("plant_q", robot_n), ("hand_wrench", 6), *((f"contact_{name}", 3) for name in touched)):
+        for name, size in (
+            ("constraint_work", 1),
+            ("plant_q", robot_n),
+            ("hand_wrench", 6),
+            *((f"contact_{name}", 3) for name in touched),
+        ):
             self.columns[name] = slice(at, at + size)
             at += size
         self._first, self._touched = first, touched
         self.values: Array = np.zeros((cycles, at - first))
 
-    def put(self, k: int, q: Array, hand: Array, forces: Mapping[str, Array]) -> None:
+    def put(self, k: int, work: float, q: Array, hand: Array, forces: Mapping[str, Array]) -> None:
         """Write those of cycle k."""
-        row, n = self.values[k], len(q)
-        row[:n], row[n : n + 6] = q, hand
-        for i, name in enumerate(self._touched):
-            row[n + 6 + 3 * i : n + 9 + 3 * i] = forces[name]
+        self.values[k] = np.concatenate([[work], q, hand, *(forces[name] for name in self._touched)])
 
 
-def _header(scene: HandsOnScene, admittance: Admittance, plant: str, seed: int) -> Mapping[str, Any]:
+def _header(
+    scene: HandsOnScene, admittance: Admittance, parts: Mapping[str, Part], enforcement: str, plant: str, seed: int
+) -> Mapping[str, Any]:
     return {
         "kind": KIND,
         "scene": scene.name,
         "robot": scene.robot,
-        "solver": scene.integrator,
-        "form": scene.form,
-        "enforcement": "admittance",
+        "solver": admittance.integrator,
+        "form": admittance.form,
+        "enforcement": enforcement,
         "plant": plant,
         "guard": "off",
         "period_s": scene.period,
@@ -64,7 +70,7 @@ def _header(scene: HandsOnScene, admittance: Admittance, plant: str, seed: int) 
         "enforced": list(scene.forbidden),
         "range_m": scene.parameters.d_0,
         "regions": {
-            name: {"keeps_out": f.keeps_out, "tool_radius": f.tool_radius, "radius": admittance.regions[name].safe}
+            name: {**asdict(f), "radius": parts[name].cloud.radius + f.tool_radius}
             for name, f in scene.forbidden.items()
         },
         "versions": versions(),
@@ -76,6 +82,7 @@ def run_hands_on(
     scene: HandsOnScene,
     *,
     plant: str = "kinematic",
+    enforcement: str = "admittance",
     seed: int = 0,
     out: Path | None = None,
     progress: Callable[[float], None] | None = None,
@@ -86,6 +93,7 @@ def run_hands_on(
     Parameters
     ----------
     plant : "kinematic" or "mujoco", see `scenarios.plants`.
+    enforcement : "none", "admittance", "vfi" or "both", see `scenarios.hands_on.enforcement`.
     seed : of everything random; the same seed gives the same run to the bit.
     out : file that the trace is written to while the run goes on.
     progress : called about ten times a second with the share that is done.
@@ -98,7 +106,7 @@ def run_hands_on(
     """
     robot = scene.build_robot()
     anatomy = build_parts(scene.anatomy, np.array(scene.port)) if parts is None else parts
-    admittance = scene.build(robot, anatomy)
+    admittance, method = enforce(enforcement, scene, robot, anatomy)
     cycles = round(scene.duration / scene.period)
     if cycles < 1:
         raise InputError(f"duration: expected at least the period, {scene.period:g} s, got {scene.duration:g} s")
@@ -107,16 +115,19 @@ def run_hands_on(
     hand = scene.hand.hand(np.array(scene.port), scene.first_end(robot), scene.parameters.shaft_length, clouds, seed)
     width = admittance.ring.shape[1]
     extras = Extras(width, robot.n, tuple(body.contact_forces), cycles)
-    columns, header = {**admittance.columns, **extras.columns}, _header(scene, admittance, plant, seed)
+    columns, header = (
+        {**admittance.columns, **extras.columns},
+        _header(scene, admittance, anatomy, enforcement, plant, seed),
+    )
     recorder = Recorder(admittance, columns, header, out, cycles, more=extras.values, progress=progress)
     with recorder, no_collection():
         measurement, handle = body.reset(), (admittance.handle, np.zeros(3))
         for k in range(cycles):
             t = measurement.t
             wrench = hand.wrench(t, *(body.handle or handle))
-            motion = admittance.step(t, body.push(wrench))
+            motion = method.step(t, body.push(wrench))
             handle = motion.handle, motion.handle_velocity
             measurement = body.step(motion)
-            extras.put(k, measurement.q, wrench, body.contact_forces)
+            extras.put(k, method.constraint_work, measurement.q, wrench, body.contact_forces)
             recorder.after_cycle(t, motion.state, motion.reason)
     return recorder.trace
