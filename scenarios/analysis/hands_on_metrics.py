@@ -81,10 +81,12 @@ def between(scene: HandsOnScene, robot: Robot, parts: Mapping[str, Part], q: Arr
     handles = ends - scene.parameters.shaft_length * axes
     moved = np.maximum(*(np.linalg.norm(np.diff(points, axis=0), axis=1) for points in (ends, handles)))
     close = np.flatnonzero(np.minimum(at[:-1], at[1:]) < at.min() + BENT * moved)
+    out = np.full(len(moved), np.inf)
+    if not len(close):
+        return out
     shares = np.arange(1, BETWEEN) / BETWEEN
     ways = (q[close, None] + shares[:, None] * (q[close + 1] - q[close])[:, None]).reshape(-1, q.shape[1])
     found = clearance(scene, parts, *_poses(robot, scene.shaft, ways)).reshape(-1, len(shares))
-    out = np.full(len(moved), np.inf)
     out[close] = found.min(axis=1)
     return out
 
