@@ -46,8 +46,8 @@ def print_comparison(scene: str, rows: Sequence[dict[str, Any]], console: Consol
         caption=(
             "clearance: smallest of all runs, also between cycles, mm; entered, slipped: runs that did; port: largest "
             "distance of the shaft from the port, mm; excess: largest of passivity, J; medians: work of the hand, J, "
-            "mean and largest force, N, way of the shaft's end, mm, share of cycles with repulsion. Where runs slipped, "
-            "effort is not comparable."
+            "mean and largest force, N, way of the shaft's end, mm, share of cycles with repulsion. Where runs "
+            "slipped, effort is not comparable."
         ),
         caption_justify="left",
         box=SIMPLE_HEAD,
