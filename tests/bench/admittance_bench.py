@@ -1,7 +1,7 @@
 """How the admittance grows with the cloud: its cycle and the whole-tool forces alone, LWR4+, leaning on the vessels.
 
-The arm, the anatomy and the hand are those of scene hands-on-tool, from when the shaft leans on the vessels. Spheres keep
-their radius, so the points within reach grow with the cloud; k is divided by as much, so that the force does not.
+The arm, the anatomy and the hand are those of scene hands-on-tool, from when the shaft leans on the vessels. Spheres
+keep their radius, so the points within reach grow with the cloud; k is divided by as much, so that the force does not.
 """
 
 from dataclasses import replace
