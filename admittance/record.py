@@ -10,7 +10,7 @@ from admittance.memory import Real, Whole
 from admittance.outcome import Book, Slot, Touch
 from primitives.checks import Array
 from primitives.compiled import compiled
-from primitives.memory import MEMORY, Memory, integers, vector
+from primitives.memory import MEMORY, Memory, integers, put, vector
 
 HEADS = 2
 """Columns that every record begins with: t, and cycle_us, which the controller writes."""
@@ -53,13 +53,6 @@ def width(memory: Memory) -> int:
     return max(int(s.stop) for s in columns(memory).values())
 
 
-@compiled("int64(float64[::1], float64[:,::1], int64, int64)")
-def _put(block: Array, ring: Array, row: int, at: int) -> int:
-    for i in range(block.shape[0]):
-        ring[row, at + i] = block[i]
-    return at + len(block)
-
-
 @compiled(f"void({MEMORY}, float64, float64[:,::1], int64)")
 def write_record(f: Array, fl: np.ndarray, w: np.ndarray, wl: np.ndarray, t: float, ring: Array, row: int) -> None:
     """Write the record of this cycle to ring[row], in the order of `columns`."""
@@ -70,14 +63,14 @@ def write_record(f: Array, fl: np.ndarray, w: np.ndarray, wl: np.ndarray, t: flo
         ring[row, at + i] = outcome[i]
     at += outcome.shape[0]
     ring[row, at] = vector(f, fl, Real.TOUCH)[Touch.CLEARANCE]
-    at = _put(vector(f, fl, Real.LEDGER), ring, row, at + 1)
-    at = _put(vector(f, fl, Real.Q), ring, row, at)
-    at = _put(vector(f, fl, Real.QDOT), ring, row, at)
-    at = _put(vector(f, fl, Real.V), ring, row, at)
-    at = _put(vector(f, fl, Real.X_C), ring, row, at)
-    at = _put(vector(f, fl, Real.WRENCH), ring, row, at)
-    at = _put(vector(f, fl, Real.F_R), ring, row, at)
-    at = _put(vector(f, fl, Real.F_RX), ring, row, at)
-    at = _put(vector(f, fl, Real.D), ring, row, at)
-    at = _put(vector(f, fl, Real.HANDLE), ring, row, at)
-    _put(vector(f, fl, Real.SINGULAR), ring, row, at)
+    at = put(vector(f, fl, Real.LEDGER), ring, row, at + 1)
+    at = put(vector(f, fl, Real.Q), ring, row, at)
+    at = put(vector(f, fl, Real.QDOT), ring, row, at)
+    at = put(vector(f, fl, Real.V), ring, row, at)
+    at = put(vector(f, fl, Real.X_C), ring, row, at)
+    at = put(vector(f, fl, Real.WRENCH), ring, row, at)
+    at = put(vector(f, fl, Real.F_R), ring, row, at)
+    at = put(vector(f, fl, Real.F_RX), ring, row, at)
+    at = put(vector(f, fl, Real.D), ring, row, at)
+    at = put(vector(f, fl, Real.HANDLE), ring, row, at)
+    put(vector(f, fl, Real.SINGULAR), ring, row, at)

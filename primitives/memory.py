@@ -79,6 +79,14 @@ def vector(memory: Array, layout: np.ndarray, name: int) -> Array:
     return view
 
 
+@compiled("int64(float64[::1], float64[:,::1], int64, int64)")
+def put(block: Array, ring: Array, row: int, at: int) -> int:
+    """Copy a block of one dimension into ring[row] from column `at` on; returns the column after it."""
+    for i in range(block.shape[0]):
+        ring[row, at + i] = block[i]
+    return at + len(block)
+
+
 @compiled("float64[:,::1](float64[::1], int64[:,::1], int64)")
 def matrix(memory: Array, layout: np.ndarray, name: int) -> Array:
     """A block of two dimensions."""

@@ -99,7 +99,8 @@ def run(
 ) -> None:
     """Run scenes and show which constraints were violated."""
     with _one_clear_line():
-        from scenarios.session import Choices, prepare, run_all, write_results
+        from scenarios.jobs import Choices
+        from scenarios.session import prepare, run_all, write_results
 
         choices = Choices(
             solver=solver,

@@ -3,26 +3,21 @@
 import gc
 import platform
 from collections.abc import Callable, Iterator, Mapping
-from contextlib import contextmanager, nullcontext
+from contextlib import contextmanager
 from importlib.metadata import version
 from pathlib import Path
-from time import perf_counter
 from typing import Any
 
 import numpy as np
 
-from primitives.checks import Array
 from primitives.errors import InputError
-from scenarios.analysis.trace import Event, Trace, TraceWriter
+from scenarios.analysis.recorder import Recorder
+from scenarios.analysis.trace import Trace
 from scenarios.plants.kinematic import KinematicPlant
 from scenarios.scene import Scene
 from scenarios.scene_file import dump_scene
 from vfi.controller import Controller
-from vfi.outcome import State
 
-DRAIN_SECONDS = 0.05
-"""At most this much time passes before records reach the trace file."""
-PROGRESS_SECONDS = 0.1
 _PACKAGES = ("active-constraints", "numpy", "numba", "pin", "highspy")
 
 
@@ -114,29 +109,12 @@ def run(
     plant = KinematicPlant(start, robot.group(scene.group), controller.period, seed=seed)
     tip = robot.kinematics(start).pose(scene.task.frame or robot.tip)
     reference = scene.reference.sample(tip[:4], controller.period, cycles)
-    header, drained, half = _header(scene, controller, seed), 0, len(controller.ring) // 2
-    blocks: list[Array] = []
-    events: list[Event] = []
-    with TraceWriter(out, controller.columns, header) if out else nullcontext() as writer, no_collection():
-        measurement, wrote, told, state = plant.reset(), perf_counter(), 0.0, State.RUN
+    header = _header(scene, controller, seed)
+    recorder = Recorder(controller, controller.columns, header, out, cycles, progress=progress)
+    with recorder, no_collection():
+        measurement = plant.reset()
         for k in range(cycles):
             command = controller.step(measurement, reference[k])
-            if command.state is not state:
-                state = command.state
-                events.append(Event(measurement.t, state.name, command.reason))
-                if writer is not None:
-                    writer.note(events[-1])
+            recorder.after_cycle(measurement.t, command.state, command.reason)
             measurement = plant.step(command)
-            now = perf_counter()
-            if controller.cycles - drained >= half or now - wrote > DRAIN_SECONDS or k == cycles - 1:
-                block = controller.ring[np.arange(drained, controller.cycles) % len(controller.ring)]
-                blocks.append(block)
-                if writer is not None:
-                    writer.write(block)
-                drained, wrote = controller.cycles, now
-            if progress is not None and now - told > PROGRESS_SECONDS:
-                progress((k + 1) / cycles)
-                told = now
-    if progress is not None:
-        progress(1.0)
-    return Trace(header, controller.columns, np.concatenate(blocks), tuple(events))
+    return recorder.trace

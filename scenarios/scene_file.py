@@ -5,19 +5,20 @@ not give itself. ``enforce: [C1, C2]`` chooses which constraints are enforced; t
 """
 
 from pathlib import Path
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 from primitives.errors import InputError, UnknownNameError
 from primitives.files.document import Document, Problem, refuse
 from primitives.files.model import Names, show, validate
 from primitives.files.yaml_file import read, write
 from primitives.spec import declared_names
-from scenarios.hands_on.scene import HandsOnScene
-from scenarios.hands_on.scene_file import HandsOnModel
 from scenarios.robots import robots
 from scenarios.scene import Scene
 from scenarios.scene_model import SceneModel, scene_data
 from scenarios.scenes import scene_path
+
+if TYPE_CHECKING:
+    from scenarios.hands_on.scene import HandsOnScene
 
 MAX_FILES = 4
 """Most files that one scene may be spread over."""
@@ -36,7 +37,7 @@ def load_scene(path_or_name: str | Path) -> Scene:
     return scene
 
 
-def load_any(path_or_name: str | Path, robot: str | None = None) -> Scene | HandsOnScene:
+def load_any(path_or_name: str | Path, robot: str | None = None) -> "Scene | HandsOnScene":
     """A scene by its name, or from a file: whatever is a Path or ends in ".yaml" or ".yml".
 
     A file that names a port is a hands-on scene. robot chooses a named scene's variant for that robot, if it has one.
@@ -47,12 +48,25 @@ def load_any(path_or_name: str | Path, robot: str | None = None) -> Scene | Hand
     UnknownNameError : no such scene.
     """
     is_file = isinstance(path_or_name, Path) or path_or_name.endswith((".yaml", ".yml"))
-    document = _with_bases(Path(path_or_name) if is_file else scene_path(str(path_or_name), robot), ())
-    by_hand = isinstance(document.data, dict) and "port" in document.data
+    path = Path(path_or_name) if is_file else scene_path(str(path_or_name), robot)
+    document = _with_bases(path, ())
     names = _names(document.data)
-    model = validate(HandsOnModel, document, names) if by_hand else validate(SceneModel, document, names)
+    if isinstance(document.data, dict) and "port" in document.data:
+        return _hands_on(document, names, path.parent)
+    model = validate(SceneModel, document, names)
     try:
         return model.build()
+    except InputError as error:
+        refuse([Problem(document.mark(()), (), str(error))])
+
+
+def _hands_on(document: Document, names: Names, folder: Path) -> "HandsOnScene":
+    """What the admittance needs is imported here only: the other scenes start faster without."""
+    from scenarios.hands_on.scene_file import HandsOnModel
+
+    model = validate(HandsOnModel, document, names)
+    try:
+        return model.build().located(folder)
     except InputError as error:
         refuse([Problem(document.mark(()), (), str(error))])
 

@@ -2,22 +2,16 @@
 
 import json
 import sys
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Sequence
 from contextlib import nullcontext
-from dataclasses import dataclass, replace
-from functools import cached_property
+from dataclasses import dataclass
 from pathlib import Path
-from typing import Any, Protocol
-
-import numpy as np
+from typing import Any
 
 from primitives.errors import FileError, InputError, SolverError
-from primitives.point_cloud import Gaps
 from scenarios.analysis.metrics import summary
 from scenarios.analysis.trace import Trace
-from scenarios.hands_on.parts import FILES, AnatomySource, Part, build_parts
-from scenarios.hands_on.plant import build_plant
-from scenarios.hands_on.scene import HandsOnScene
+from scenarios.jobs import Choices, Job, Progress
 from scenarios.robots import robots
 from scenarios.run import build, run
 from scenarios.scene import Scene
@@ -25,52 +19,6 @@ from scenarios.scene_file import load_any
 from vfi.backends import solvers
 
 ALL = "all"
-Progress = Callable[[float], None] | None
-
-
-@dataclass(frozen=True)
-class Choices:
-    """What the command line says beside the scenes; None where the scene decides.
-
-    Attributes
-    ----------
-    solver, guard : of scenes that follow a trajectory. period : T, seconds. seed : of everything random.
-    robot : another robot than the scene's. out : folder of traces.
-    plant, integrator, form : of hands-on scenes. organ, vessels, unit : files in the place of their
-        anatomy. fill_gaps : of files of points, instead of refusing them.
-    """
-
-    solver: str = "active-set"
-    period: float | None = None
-    guard: str = "act"
-    seed: int = 0
-    robot: str | None = None
-    out: Path | None = None
-    plant: str = "kinematic"
-    integrator: str | None = None
-    form: str | None = None
-    organ: Path | None = None
-    vessels: Path | None = None
-    unit: str = "m"
-    fill_gaps: bool = False
-
-
-class Job(Protocol):
-    """One run that has been checked."""
-
-    @property
-    def label(self) -> str:
-        """What the run is called while it goes on."""
-
-    @property
-    def file(self) -> Path | None:
-        """Where its trace goes."""
-
-    def run(self, progress: Progress) -> Trace:
-        """Do it."""
-
-    def summary(self, trace: Trace) -> dict[str, Any]:
-        """Its figures of merit."""
 
 
 @dataclass(frozen=True)
@@ -99,46 +47,9 @@ class TrajectoryJob:
         """See `Job`."""
         return summary(trace)
 
-
-@dataclass(frozen=True)
-class HandsOnJob:
-    """A run of a hands-on scene."""
-
-    scene: HandsOnScene
-    plant: str
-    seed: int
-    file: Path | None
-
-    @property
-    def label(self) -> str:
-        """See `Job`."""
-        return f"{self.scene.name} {self.scene.robot} {self.plant}"
-
-    @cached_property
-    def parts(self) -> Mapping[str, Part]:
-        """The anatomy, built once."""
-        return build_parts(self.scene.anatomy, np.array(self.scene.port))
-
-    def check(self) -> None:
-        """Build everything that the run will need; raises where something does not fit."""
-        robot = self.scene.build_robot()
-        self.scene.build(robot, self.parts)
-        clouds = {name: part.cloud for name, part in self.parts.items()}
-        build_plant(self.plant, self.scene, robot, clouds, self.seed)
-
-    def run(self, progress: Progress) -> Trace:
-        """See `Job`."""
-        from scenarios.hands_on.run import run_hands_on
-
-        return run_hands_on(
-            self.scene, plant=self.plant, seed=self.seed, out=self.file, progress=progress, parts=self.parts
-        )
-
-    def summary(self, trace: Trace) -> dict[str, Any]:
-        """See `Job`."""
-        from scenarios.analysis.hands_on_metrics import summary as hands_on_summary
-
-        return hands_on_summary(trace, self.scene, self.parts)
+    def draw(self, trace: Trace, folder: Path) -> list[Path]:
+        """Nothing alone: the figures of the VFI paper show several runs together."""
+        return []
 
 
 def _fit(scene: Scene, robot: str | None) -> Scene:
@@ -155,31 +66,6 @@ def _fit(scene: Scene, robot: str | None) -> Scene:
             f"{len(scene.start)}, and lacks the frames: {frames}"
         )
     return scene.with_changes(robot=robot)
-
-
-def _hands_on(scene: HandsOnScene, choices: Choices) -> HandsOnJob:
-    if choices.robot not in (None, scene.robot):
-        robots[choices.robot or ""]
-        raise InputError(
-            f'scene "{scene.name}" has no variant for robot "{choices.robot}"; it is for "{scene.robot}". '
-            "Write one: a copy of its file with start, port and anatomy that suit the arm"
-        )
-    changes = {name: getattr(choices, name) for name in ("period", "integrator", "form")}
-    scene = scene.with_changes(**{name: value for name, value in changes.items() if value is not None})
-    if choices.organ or choices.vessels:
-        scene = scene.with_changes(anatomy=_from_files(scene.anatomy, choices))
-    file = choices.out / f"{scene.name}-{scene.robot}-{choices.plant}.mcap" if choices.out is not None else None
-    job = HandsOnJob(scene, choices.plant, choices.seed, file)
-    job.check()
-    return job
-
-
-def _from_files(anatomy: AnatomySource, choices: Choices) -> AnatomySource:
-    organ, vessels = (str(path.absolute()) if path else "" for path in (choices.organ, choices.vessels))
-    gaps: Gaps = "fill" if choices.fill_gaps else anatomy.gaps
-    thickest = max(anatomy.cover.values())
-    cover = {name: anatomy.cover.get(name, thickest) for name in ("organ", "vessels")}
-    return replace(anatomy, kind=FILES, cover=cover, unit=choices.unit, organ=organ, vessels=vessels, gaps=gaps)
 
 
 def _trajectory(scene: Scene, choices: Choices) -> list[TrajectoryJob]:
@@ -215,10 +101,12 @@ def prepare(scenes: Sequence[str], choices: Choices) -> list[Job]:
         if scene.name in names:
             raise InputError(f'scene "{scene.name}" was named twice; its trace would be overwritten')
         names.add(scene.name)
-        if isinstance(scene, HandsOnScene):
-            jobs.append(_hands_on(scene, choices))
-        else:
+        if isinstance(scene, Scene):
             jobs += _trajectory(_fit(scene, choices.robot), choices)
+        else:
+            from scenarios.hands_on.job import hands_on_job
+
+            jobs.append(hands_on_job(scene, choices))
     if choices.out is not None and choices.out.exists() and not choices.out.is_dir():
         raise FileError(str(choices.out), "--out: expected a folder, got a file; name another place")
     return jobs
@@ -254,13 +142,12 @@ def write_results(
 ) -> list[Path]:
     """Write summary.json and the figures beside the traces of the jobs; returns what is there."""
     from scenarios.analysis.figures import draw_all
-    from scenarios.analysis.hands_on_figures import draw_hands_on
 
     table = out / "summary.json"
     table.write_text(json.dumps(list(results), indent=2) + "\n", encoding="utf-8")
-    followed = [trace for job, trace in zip(jobs, traces, strict=True) if isinstance(job, TrajectoryJob)]
-    figures = draw_all(followed, out) if followed else []
-    for job, trace in zip(jobs, traces, strict=True):
-        if isinstance(job, HandsOnJob):
-            figures += draw_hands_on(trace, job.scene, job.parts, out)
+    pairs = list(zip(jobs, traces, strict=True))
+    together = [trace for job, trace in pairs if isinstance(job, TrajectoryJob)]
+    figures = draw_all(together, out) if together else []
+    for job, trace in pairs:
+        figures += job.draw(trace, out)
     return [*(job.file for job in jobs if job.file is not None), table, *figures]

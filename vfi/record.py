@@ -6,7 +6,7 @@ import numpy as np
 
 from primitives.checks import Array
 from primitives.compiled import compiled
-from primitives.memory import MEMORY, Memory, integers, vector
+from primitives.memory import MEMORY, Memory, integers, put, vector
 from vfi.memory import Real, Whole
 from vfi.outcome import Slot
 
@@ -56,13 +56,6 @@ def width(memory: Memory) -> int:
     return max(int(s.stop) for s in columns(memory).values())
 
 
-@compiled("int64(float64[::1], float64[:,::1], int64, int64)")
-def _put(block: Array, ring: Array, row: int, at: int) -> int:
-    for i in range(block.shape[0]):
-        ring[row, at + i] = block[i]
-    return at + len(block)
-
-
 @compiled(f"void({MEMORY}, float64, float64[:,::1], int64)")
 def write_record(f: Array, fl: np.ndarray, w: np.ndarray, wl: np.ndarray, t: float, ring: Array, row: int) -> None:
     """Write the record of this cycle to ring[row], in the order of `columns`."""
@@ -72,13 +65,13 @@ def write_record(f: Array, fl: np.ndarray, w: np.ndarray, wl: np.ndarray, t: flo
     for i in range(outcome.shape[0]):
         ring[row, at + i] = outcome[i]
     at += outcome.shape[0]
-    at = _put(vector(f, fl, Real.Q), ring, row, at)
-    at = _put(vector(f, fl, Real.V), ring, row, at)
-    at = _put(vector(f, fl, Real.REFERENCE), ring, row, at)
-    at = _put(vector(f, fl, Real.TIP), ring, row, at)
-    at = _put(vector(f, fl, Real.ERROR), ring, row, at)
-    at = _put(vector(f, fl, Real.SHORTFALL), ring, row, at)
-    at = _put(vector(f, fl, Real.DISTANCE), ring, row, at)
-    at = _put(vector(f, fl, Real.MARGIN), ring, row, at)
-    at = _put(vector(f, fl, Real.SLACK), ring, row, at)
-    _put(vector(f, fl, Real.MULTIPLIER), ring, row, at)
+    at = put(vector(f, fl, Real.Q), ring, row, at)
+    at = put(vector(f, fl, Real.V), ring, row, at)
+    at = put(vector(f, fl, Real.REFERENCE), ring, row, at)
+    at = put(vector(f, fl, Real.TIP), ring, row, at)
+    at = put(vector(f, fl, Real.ERROR), ring, row, at)
+    at = put(vector(f, fl, Real.SHORTFALL), ring, row, at)
+    at = put(vector(f, fl, Real.DISTANCE), ring, row, at)
+    at = put(vector(f, fl, Real.MARGIN), ring, row, at)
+    at = put(vector(f, fl, Real.SLACK), ring, row, at)
+    put(vector(f, fl, Real.MULTIPLIER), ring, row, at)

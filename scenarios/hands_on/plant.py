@@ -29,7 +29,7 @@ def build_plant(name: str, scene: HandsOnScene, robot: Robot, clouds: Mapping[st
     start, decided = np.array(scene.start), robot.group(scene.group)
     if name == "kinematic":
         return KinematicPlant(start, decided, scene.period, seed=seed)
-    from scenarios.plants.mujoco import MujocoPlant
+    from scenarios.plants.mujoco import COARSEST, MujocoPlant
     from scenarios.plants.obstacles import Cloud, Port
 
     axis = robot.kinematics(start).rotation(scene.shaft)[:, 2]
@@ -40,6 +40,7 @@ def build_plant(name: str, scene: HandsOnScene, robot: Robot, clouds: Mapping[st
         scene.period,
         port=Port(scene.port, scene.port_radius, axis=axis),
         clouds=[Cloud(part, cloud.world_points, cloud.radius * TOUCHED) for part, cloud in clouds.items()],
+        physics_step=scene.period / np.ceil(scene.period / COARSEST * (1.0 - 1e-9)),
         tool_end=scene.shaft,
         seed=seed,
     )

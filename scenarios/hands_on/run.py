@@ -1,9 +1,7 @@
 """One hands-on run: hand, admittance and plant in a loop, to a trace."""
 
 from collections.abc import Callable, Mapping
-from contextlib import nullcontext
 from pathlib import Path
-from time import perf_counter
 from typing import Any
 
 import numpy as np
@@ -11,12 +9,13 @@ import numpy as np
 from admittance import Admittance
 from primitives.checks import Array
 from primitives.errors import InputError
-from scenarios.analysis.trace import Event, Trace, TraceWriter
+from scenarios.analysis.recorder import Recorder
+from scenarios.analysis.trace import Trace
 from scenarios.hands_on.parts import Part, build_parts
 from scenarios.hands_on.plant import build_plant
 from scenarios.hands_on.scene import HandsOnScene
 from scenarios.hands_on.scene_file import dump_hands_on
-from scenarios.run import DRAIN_SECONDS, PROGRESS_SECONDS, no_collection, versions
+from scenarios.run import no_collection, versions
 
 KIND = "hands-on"
 """What `kind` in the header of a trace says."""
@@ -106,38 +105,18 @@ def run_hands_on(
     clouds = {name: part.cloud for name, part in anatomy.items()}
     body = build_plant(plant, scene, robot, clouds, seed)
     hand = scene.hand.hand(np.array(scene.port), scene.first_end(robot), scene.parameters.shaft_length, clouds, seed)
-    measurement = body.reset()
     width = admittance.ring.shape[1]
     extras = Extras(width, robot.n, tuple(body.contact_forces), cycles)
-    columns = {**admittance.columns, **extras.columns}
-    header, drained, half = _header(scene, admittance, plant, seed), 0, len(admittance.ring) // 2
-    blocks: list[Array] = []
-    events: list[Event] = []
-    with TraceWriter(out, columns, header) if out else nullcontext() as writer, no_collection():
-        wrote, told, state = perf_counter(), 0.0, 0
-        handle = admittance.handle, np.zeros(3)
+    columns, header = {**admittance.columns, **extras.columns}, _header(scene, admittance, plant, seed)
+    recorder = Recorder(admittance, columns, header, out, cycles, more=extras.values, progress=progress)
+    with recorder, no_collection():
+        measurement, handle = body.reset(), (admittance.handle, np.zeros(3))
         for k in range(cycles):
-            wrench = hand.wrench(measurement.t, *(body.handle or handle))
-            motion = admittance.step(measurement.t, body.push(wrench))
+            t = measurement.t
+            wrench = hand.wrench(t, *(body.handle or handle))
+            motion = admittance.step(t, body.push(wrench))
             handle = motion.handle, motion.handle_velocity
-            if motion.state != state:
-                state = motion.state
-                events.append(Event(measurement.t, motion.state.name, motion.reason))
-                if writer is not None:
-                    writer.note(events[-1])
             measurement = body.step(motion)
             extras.put(k, measurement.q, wrench, body.contact_forces)
-            now = perf_counter()
-            if admittance.cycles - drained >= half or now - wrote > DRAIN_SECONDS or k == cycles - 1:
-                rows = np.arange(drained, admittance.cycles)
-                block = np.hstack([admittance.ring[rows % len(admittance.ring)], extras.values[rows]])
-                blocks.append(block)
-                if writer is not None:
-                    writer.write(block)
-                drained, wrote = admittance.cycles, now
-            if progress is not None and now - told > PROGRESS_SECONDS:
-                progress((k + 1) / cycles)
-                told = now
-    if progress is not None:
-        progress(1.0)
-    return Trace(header, columns, np.concatenate(blocks), tuple(events))
+            recorder.after_cycle(t, motion.state, motion.reason)
+    return recorder.trace

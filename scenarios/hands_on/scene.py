@@ -2,6 +2,7 @@
 
 from collections.abc import Mapping
 from dataclasses import dataclass, field, replace
+from pathlib import Path
 from typing import Any, Literal, Self
 
 import numpy as np
@@ -12,11 +13,16 @@ from primitives.elements import Point, Segment
 from primitives.robot import Robot
 from scenarios.hands_on.parts import AnatomySource, Part
 from scenarios.hands_on.pull import Pull
+from scenarios.hands_on.push import Push
 from scenarios.robots import robots
 from scenarios.scene import check_duration, check_name
 
 ToolPart = Literal["tip", "tool"]
 TOOL_PARTS = ("tip", "tool")
+
+
+def _in(folder: Path, file: str) -> str:
+    return str(folder / file) if file else ""
 
 
 @dataclass(frozen=True)
@@ -55,7 +61,7 @@ class HandsOnScene:
     form, integrator : see `admittance.Admittance`.
     anatomy : see `AnatomySource`.
     forbidden : {name of a part: what of the tool it keeps out}.
-    hand : see `Pull`.
+    hand : see `Pull` and `Push`.
     period : T, seconds. duration : seconds.
 
     Raises
@@ -70,7 +76,7 @@ class HandsOnScene:
     port: tuple[float, float, float]
     anatomy: AnatomySource
     forbidden: Mapping[str, Forbidden]
-    hand: Pull
+    hand: Pull | Push
     duration: float
     period: float = 0.004
     group: str = "all"
@@ -90,6 +96,13 @@ class HandsOnScene:
         check_duration(self.duration, self.period)
         for name in self.forbidden:
             known("part of the anatomy", name, self.anatomy.parts)
+
+    def located(self, folder: Path) -> Self:
+        """The scene with the files that it names taken from a folder, where it does not say from where."""
+        source = self.anatomy
+        anatomy = replace(source, organ=_in(folder, source.organ), vessels=_in(folder, source.vessels))
+        hand = replace(self.hand, file=_in(folder, self.hand.file)) if isinstance(self.hand, Push) else self.hand
+        return replace(self, anatomy=anatomy, hand=hand)
 
     def with_changes(self, **changes: Any) -> Self:
         """The scene with other values of some attributes."""

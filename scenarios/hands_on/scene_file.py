@@ -13,6 +13,7 @@ from primitives.files.yaml_file import write
 from primitives.point_cloud import Gaps
 from scenarios.hands_on.parts import KINDS, AnatomySource
 from scenarios.hands_on.pull import WAYS, Pull, Waypoint
+from scenarios.hands_on.push import Push
 from scenarios.hands_on.scene import TOOL_PARTS, Forbidden, HandsOnScene, ToolPart
 from scenarios.robots import robots
 from scenarios.scene import check_name
@@ -34,16 +35,69 @@ class _WaypointModel(FileModel):
         if len(given) != 1:
             raise InputError(f"expected one of {', '.join(WAYS)}, got {len(given)}")
         way, at = given[0]
-        return Waypoint(self.t, at if isinstance(at, str) else (at[0], at[1], at[2]), self.beyond, way)
+        return Waypoint(self.t, at if isinstance(at, str) else _triple(at), self.beyond, way)
+
+
+class _WrenchModel(FileModel):
+    t: NotNegative
+    force: Vector = Field(default=[0.0, 0.0, 0.0])
+    torque: Vector = Field(default=[0.0, 0.0, 0.0])
+
+
+_PULLS = ("stiffness", "damping", "most", "delay")
+_PUSHES = ("interpolate",)
+_HANDS = ("waypoints", "wrenches", "record")
 
 
 class _HandModel(FileModel):
-    waypoints: Annotated[list[_WaypointModel], list_of(_WaypointModel)]
+    """A hand that pulls along waypoints, or one whose wrenches are given, here or on a record."""
+
+    waypoints: Annotated[list[_WaypointModel], list_of(_WaypointModel)] | None = None
+    wrenches: Annotated[list[_WrenchModel], list_of(_WrenchModel)] | None = None
+    record: Text | None = None
     stiffness: NotNegative = Pull.stiffness
     damping: NotNegative = Pull.damping
     most: Positive = Pull.most
-    tremor: NotNegative = Pull.tremor
     delay: NotNegative = Pull.delay
+    interpolate: bool = Push.interpolate
+    tremor: NotNegative = Pull.tremor
+
+    def build(self) -> Pull | Push:
+        given = [name for name in _HANDS if getattr(self, name) is not None]
+        if len(given) != 1:
+            raise InputError(f"hand: expected one of {', '.join(_HANDS)}, got {', '.join(given) or 'none'}")
+        foreign = set(_PUSHES if self.waypoints is not None else _PULLS) & self.model_fields_set
+        if foreign:
+            raise InputError(f"hand: {', '.join(sorted(foreign))} does not go with {given[0]}")
+        if self.waypoints is not None:
+            own = {name: getattr(self, name) for name in _PULLS}
+            return Pull(waypoints=tuple(w.build() for w in self.waypoints), tremor=self.tremor, **own)
+        rows = self.wrenches or []
+        return Push(
+            times=tuple(row.t for row in rows),
+            wrenches=tuple((*_triple(row.force), *_triple(row.torque)) for row in rows),
+            file=self.record or "",
+            interpolate=self.interpolate,
+            tremor=self.tremor,
+        )
+
+
+def _triple(value: list[float]) -> tuple[float, float, float]:
+    x, y, z = value
+    return x, y, z
+
+
+def _hand_data(hand: Pull | Push) -> dict[str, Any]:
+    if isinstance(hand, Pull):
+        waypoints = [
+            {"t": w.t, w.way: w.at if isinstance(w.at, str) else list(w.at), "beyond": w.beyond} for w in hand.waypoints
+        ]
+        return {**{name: getattr(hand, name) for name in (*_PULLS, "tremor")}, "waypoints": waypoints}
+    plain = {"interpolate": hand.interpolate, "tremor": hand.tremor}
+    if hand.file:
+        return {**plain, "record": hand.file}
+    rows = zip(hand.times, hand.wrenches, strict=True)
+    return {**plain, "wrenches": [{"t": t, "force": list(w[:3]), "torque": list(w[3:])} for t, w in rows]}
 
 
 class _AnatomyModel(FileModel):
@@ -111,24 +165,19 @@ class HandsOnModel(FileModel):
         own = {name: getattr(self, name) for name in ("name", "summary", "robot", "group", "shaft", "port_radius")}
         own |= {name: getattr(self, name) for name in ("parameters", "form", "integrator", "period", "duration")}
         anatomy = self.anatomy.model_dump()
-        hand = self.hand.model_dump(exclude={"waypoints"})
         return HandsOnScene(
             **own,
             start=tuple(self.start),
-            port=(self.port[0], self.port[1], self.port[2]),
+            port=_triple(self.port),
             anatomy=AnatomySource(**(anatomy | {"at": tuple(anatomy["at"])})),
             forbidden={k: Forbidden(f.keeps_out, f.tool_radius) for k, f in self.forbidden.items()},
-            hand=Pull(waypoints=tuple(w.build() for w in self.hand.waypoints), **hand),
+            hand=self.hand.build(),
         )
 
 
 def hands_on_data(scene: HandsOnScene) -> dict[str, Any]:
     """The scene as plain data, from which `HandsOnModel` builds an equal one; raises InputError."""
     plain = {name: getattr(scene, name) for name in ("name", "robot", "group", "shaft", "form", "integrator")}
-    waypoints = [
-        {"t": w.t, w.way: w.at if isinstance(w.at, str) else list(w.at), "beyond": w.beyond}
-        for w in scene.hand.waypoints
-    ]
     parameters = {k: list(v) if isinstance(v, tuple) else v for k, v in asdict(scene.parameters).items()}
     return {
         **plain,
@@ -139,7 +188,7 @@ def hands_on_data(scene: HandsOnScene) -> dict[str, Any]:
         "parameters": parameters,
         "anatomy": {**asdict(scene.anatomy), "at": list(scene.anatomy.at), "cover": dict(scene.anatomy.cover)},
         "forbidden": {name: asdict(f) for name, f in scene.forbidden.items()},
-        "hand": {**{k: v for k, v in asdict(scene.hand).items() if k != "waypoints"}, "waypoints": waypoints},
+        "hand": _hand_data(scene.hand),
         "period": float(scene.period),
         "duration": float(scene.duration),
     }

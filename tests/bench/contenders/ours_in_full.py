@@ -9,8 +9,8 @@ from tempfile import TemporaryDirectory
 
 import numpy as np
 
+from scenarios.analysis.recorder import DRAIN_SECONDS
 from scenarios.analysis.trace import Event, TraceWriter
-from scenarios.run import DRAIN_SECONDS
 from tests.bench import problem
 from tests.bench.contenders.ours import Ours
 from vfi import Measurement, State

@@ -1,0 +1,58 @@
+"""What one run of a session is, and what the command line says beside the scenes."""
+
+from collections.abc import Callable
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Any, Protocol
+
+from scenarios.analysis.trace import Trace
+
+Progress = Callable[[float], None] | None
+
+
+@dataclass(frozen=True)
+class Choices:
+    """What the command line says beside the scenes; None where the scene decides.
+
+    Attributes
+    ----------
+    solver, guard : of scenes that follow a trajectory. period : T, seconds. seed : of everything random.
+    robot : another robot than the scene's. out : folder of traces.
+    plant, integrator, form : of hands-on scenes. organ, vessels, unit : files in the place of their
+        anatomy. fill_gaps : of files of points, instead of refusing them.
+    """
+
+    solver: str = "active-set"
+    period: float | None = None
+    guard: str = "act"
+    seed: int = 0
+    robot: str | None = None
+    out: Path | None = None
+    plant: str = "kinematic"
+    integrator: str | None = None
+    form: str | None = None
+    organ: Path | None = None
+    vessels: Path | None = None
+    unit: str = "m"
+    fill_gaps: bool = False
+
+
+class Job(Protocol):
+    """One run that has been checked."""
+
+    @property
+    def label(self) -> str:
+        """What the run is called while it goes on."""
+
+    @property
+    def file(self) -> Path | None:
+        """Where its trace goes."""
+
+    def run(self, progress: Progress) -> Trace:
+        """Do it."""
+
+    def summary(self, trace: Trace) -> dict[str, Any]:
+        """Its figures of merit."""
+
+    def draw(self, trace: Trace, folder: Path) -> list[Path]:
+        """Draw the figures that it has of its own; the files written."""
