@@ -1,4 +1,4 @@
-"""YAML <-> `Scene`, without loss.
+"""YAML <-> `Scene` and `HandsOnScene`, without loss.
 
 A file may build on another of its folder: ``base: neurosurgery.yaml`` takes every key from there that the file does
 not give itself. ``enforce: [C1, C2]`` chooses which constraints are enforced; the others are watched.
@@ -22,6 +22,8 @@ if TYPE_CHECKING:
 
 MAX_FILES = 4
 """Most files that one scene may be spread over."""
+HANDS_ON_KEYS = frozenset({"port", "anatomy", "forbidden", "hand"})
+"""A file with any of these is a hands-on scene."""
 
 
 def load_scene(path_or_name: str | Path) -> Scene:
@@ -40,7 +42,8 @@ def load_scene(path_or_name: str | Path) -> Scene:
 def load_any(path_or_name: str | Path, robot: str | None = None) -> "Scene | HandsOnScene":
     """A scene by its name, or from a file: whatever is a Path or ends in ".yaml" or ".yml".
 
-    A file that names a port is a hands-on scene. robot chooses a named scene's variant for that robot, if it has one.
+    A file that has a port, an anatomy, a hand or what is forbidden is a hands-on scene; files that it names are looked
+    for from its own folder. robot chooses a named scene's variant for that robot, if it has one.
 
     Raises
     ------
@@ -51,7 +54,7 @@ def load_any(path_or_name: str | Path, robot: str | None = None) -> "Scene | Han
     path = Path(path_or_name) if is_file else scene_path(str(path_or_name), robot)
     document = _with_bases(path, ())
     names = _names(document.data)
-    if isinstance(document.data, dict) and "port" in document.data:
+    if isinstance(document.data, dict) and not document.data.keys().isdisjoint(HANDS_ON_KEYS):
         return _hands_on(document, names, path.parent)
     model = validate(SceneModel, document, names)
     try:

@@ -64,6 +64,11 @@ def _duration(value: float, info: ValidationInfo) -> float:
     return check_duration(value, info.data["period"]) if "period" in info.data else value
 
 
+Start = Annotated[Numbers, AfterValidator(_start)]
+"""A number a joint, where the robot is known."""
+Duration = Annotated[Positive, AfterValidator(_duration)]
+"""Not too many of the periods that stand before it."""
+
 _GAIN = TypeAdapter(Positive)
 _GAINS = TypeAdapter(dict[Annotated[str, refers_to("constraint", "")], Positive])
 
@@ -83,13 +88,13 @@ class SceneModel(FileModel):
     summary: Text
     robot: Annotated[str, one_of("robot", robots.names)]
     group: Annotated[Text, refers_to("joint group")]
-    start: Annotated[Numbers, AfterValidator(_start)]
+    start: Start
     constraints: ConstraintsField
     enforce: list[Annotated[str, refers_to("constraint")]] | None = None
     task: _TaskModel
     reference: _ReferenceModel
     period: Positive
-    duration: Annotated[Positive, AfterValidator(_duration)]
+    duration: Duration
     eta: Annotated[float | Mapping[str, float], PlainValidator(_eta)] = Scene.eta
     limit_eta: Positive = Scene.limit_eta
     limits: dict[Annotated[str, refers_to("joint")], Annotated[Numbers, AfterValidator(_range)]] = Field(

@@ -2,7 +2,7 @@
 
 import json
 import sys
-from collections.abc import Sequence
+from collections.abc import Sequence, Set
 from contextlib import nullcontext
 from dataclasses import dataclass
 from pathlib import Path
@@ -19,6 +19,10 @@ from scenarios.scene_file import load_any
 from vfi.backends import solvers
 
 ALL = "all"
+OF_HANDS_ON = ("plant", "enforcement", "integrator", "form", "organ", "vessels", "unit", "fill_gaps")
+"""Choices that scenes which follow a trajectory do not heed."""
+OF_TRAJECTORIES = ("solver", "guard")
+"""Choices that hands-on scenes do not heed."""
 
 
 @dataclass(frozen=True)
@@ -85,6 +89,20 @@ def _trajectory(scene: Scene, choices: Choices) -> list[TrajectoryJob]:
     return jobs
 
 
+def _check_heeded(choices: Choices, follow: Set[bool]) -> None:
+    """Refuse an option that changes nothing; follow holds for each kind of scene whether it follows a trajectory."""
+    given = [name for name in OF_HANDS_ON + OF_TRAJECTORIES if getattr(choices, name) != getattr(Choices, name)]
+    if not choices.organ and not choices.vessels and (lost := [n for n in given if n in ("unit", "fill_gaps")]):
+        raise InputError(f"{_spelt(lost[0])}: it says something of files; name them with --organ or --vessels")
+    for names, kind in ((OF_HANDS_ON, "led by a hand"), (OF_TRAJECTORIES, "that follow a trajectory")):
+        if follow == {names is OF_HANDS_ON} and (lost := [name for name in given if name in names]):
+            raise InputError(f"{_spelt(lost[0])}: it is for scenes {kind}, and none of these is one; see `vfi list`")
+
+
+def _spelt(name: str) -> str:
+    return f"--{name.replace('_', '-')}"
+
+
 def prepare(scenes: Sequence[str], choices: Choices) -> list[Job]:
     """Load and build every scene once, so that bad input is found before anything runs or is written.
 
@@ -94,13 +112,14 @@ def prepare(scenes: Sequence[str], choices: Choices) -> list[Job]:
     ------
     InputError, UnknownNameError, FileError : the first thing that is wrong.
     """
+    loaded = [load_any(name, choices.robot) for name in scenes]
+    names = [scene.name for scene in loaded]
+    for name in names:
+        if names.count(name) > 1:
+            raise InputError(f'scene "{name}" was named twice; its trace would be overwritten')
+    _check_heeded(choices, {isinstance(scene, Scene) for scene in loaded})
     jobs: list[Job] = []
-    names: set[str] = set()
-    for name in scenes:
-        scene = load_any(name, choices.robot)
-        if scene.name in names:
-            raise InputError(f'scene "{scene.name}" was named twice; its trace would be overwritten')
-        names.add(scene.name)
+    for scene in loaded:
         if isinstance(scene, Scene):
             jobs += _trajectory(_fit(scene, choices.robot), choices)
         else:

@@ -20,6 +20,8 @@ GUIDED_SPEED, GUIDED_TURN = 0.06, 0.25
 """Largest speed of the shaft's end, m/s, and turn of the shaft, rad/s, of guided motion; beyond, the tool slips."""
 SETTLING = 0.4
 """Seconds after a slip until motion counts as guided again: ten time constants of the port error."""
+BENT = 1.5
+"""How much farther than from one cycle to the next a point of the tool may move between them, at most."""
 SLIP = 0.2
 """Seconds after the end of a contact in which a tool that slips off is far away: with d_0 = 11.5 mm, 58 mm/s."""
 
@@ -68,22 +70,25 @@ def guided(ends: Array, axes: Array, period: float) -> NDArray[np.bool_]:
     return recent
 
 
-def _between(scene: HandsOnScene, robot: Robot, parts: Mapping[str, Part], q: Array, at: Array) -> float:
-    """Smallest clearance at sub-samples of the joints' way between cycles, metres.
+def between(scene: HandsOnScene, robot: Robot, parts: Mapping[str, Part], q: Array) -> Array:
+    """(k - 1,) smallest clearance at `BETWEEN` - 1 sub-samples of the joints' way from each cycle to the next, metres.
 
-    Only near the smallest clearances is looked between: a cycle where the tool is farther off than what it can move
-    within one cannot hold the smallest.
+    Looked at are the cycles which can hold the smallest of all, as the tool is no farther off than it moves in them;
+    the others are inf.
     """
-    ends, _ = _poses(robot, scene.shaft, q)
-    moved = float(np.linalg.norm(np.diff(ends, axis=0), axis=1).max(initial=0.0))
-    reach = 20.0 * moved + 1e-4
-    close = np.flatnonzero(at[:-1] < at.min() + reach)
+    ends, axes = _poses(robot, scene.shaft, q)
+    at = clearance(scene, parts, ends, axes)
+    handles = ends - scene.parameters.shaft_length * axes
+    moved = np.maximum(*(np.linalg.norm(np.diff(points, axis=0), axis=1) for points in (ends, handles)))
+    close = np.flatnonzero(np.minimum(at[:-1], at[1:]) < at.min() + BENT * moved)
+    out = np.full(len(moved), np.inf)
+    if not len(close):
+        return out
     shares = np.arange(1, BETWEEN) / BETWEEN
-    ways = [q[i] + s * (q[i + 1] - q[i]) for i in close for s in shares]
-    if not ways:
-        return float(at.min())
-    found = clearance(scene, parts, *_poses(robot, scene.shaft, np.array(ways)))
-    return float(min(found.min(), at.min()))
+    ways = (q[close, None] + shares[:, None] * (q[close + 1] - q[close])[:, None]).reshape(-1, q.shape[1])
+    found = clearance(scene, parts, *_poses(robot, scene.shaft, ways)).reshape(-1, len(shares))
+    out[close] = found.min(axis=1)
+    return out
 
 
 def slipped(touching: NDArray[np.bool_], clearances: Array, reach: float, period: float) -> bool:
@@ -103,7 +108,7 @@ def summary(trace: Trace, scene: HandsOnScene, parts: Mapping[str, Part]) -> dic
     port = np.array(scene.port)
     ends, axes = shaft_lines(scene, robot, trace)
     offset = port_offset(port, ends, axes)
-    at = clearance(scene, parts, ends, axes)
+    at, inner = clearance(scene, parts, ends, axes), between(scene, robot, parts, trace["plant_q"])
     force = np.linalg.norm(trace["hand_wrench"][:, :3], axis=1)
     touching = np.linalg.norm(trace["repulsion"], axis=1) > 0.0
     times, states, limited = trace["cycle_us"], trace["state"], trace["limited"].astype(int)
@@ -122,10 +127,7 @@ def summary(trace: Trace, scene: HandsOnScene, parts: Mapping[str, Part]) -> dic
         "port_error_m": {"max": float(offset.max()), "rms": float(np.sqrt(np.mean(offset**2)))},
         "reference_port_error_m": _norms(trace["x_c"]),
         "guided_reference_port_error_m": _largest_where(trace["x_c"], guided(ends, axes, period)),
-        "clearance_m": {
-            "at_samples": float(at.min()),
-            "between_samples": _between(scene, robot, parts, trace["plant_q"], at) if np.isfinite(at.min()) else None,
-        },
+        "clearance_m": {"at_samples": _smallest(at), "between_samples": _smallest(np.append(inner, at))},
         "passivity_excess_J": float(trace["excess"][-1]),
         "passivity_excess_chord_J": float(trace["excess_chord"][-1]),
         "hand_work_J": float(trace["hand"][-1]),
@@ -155,6 +157,11 @@ def summary(trace: Trace, scene: HandsOnScene, parts: Mapping[str, Part]) -> dic
         "seed": header["seed"],
         "versions": header["versions"],
     }
+
+
+def _smallest(distances: Array) -> float | None:
+    """None where there is no region to be near."""
+    return float(distances.min()) if np.isfinite(distances.min()) else None
 
 
 def _largest_where(values: Array, chosen: NDArray[np.bool_]) -> float:

@@ -14,12 +14,15 @@ import numpy as np
 from admittance import Admittance, Motion
 from admittance.outcome import State as AdmittanceState
 from primitives.checks import Array, known
+from primitives.errors import InputError
 from primitives.robot import Robot
 from scenarios.hands_on.parts import Part
 from scenarios.hands_on.scene import HandsOnScene
 from vfi.projection import Projection
 
 ENFORCEMENTS = ("none", "admittance", "vfi", "both")
+FORM, INTEGRATOR = "reduced", "semi-implicit"
+"""Of the step that the projection belongs to."""
 ETA_T = 0.25
 """eta T of the rows: a period may use up a quarter of a clearance."""
 ROUNDING = 2e-6
@@ -79,7 +82,8 @@ def enforce(
 
     Raises
     ------
-    UnknownNameError : no such enforcement. Others as `HandsOnScene.build`.
+    UnknownNameError : no such enforcement.
+    InputError : a form or integrator that a projected step has not. Others as `HandsOnScene.build`.
     """
     known("enforcement", enforcement, ENFORCEMENTS)
     if enforcement == "admittance":
@@ -89,12 +93,15 @@ def enforce(
     if enforcement == "none":
         admittance = scene.build(robot, parts, parameters=quiet, regions=())
         return admittance, Plain(admittance)
+    if (scene.form, scene.integrator) != (FORM, INTEGRATOR):
+        raise InputError(
+            f'enforcement "{enforcement}": its steps are those of the {FORM} form and the {INTEGRATOR} integrator, got '
+            f"{scene.form} and {scene.integrator}"
+        )
     both = enforcement == "both"
     margin = SHARE * scene.parameters.d_0 if both else ROUNDING
     changes: dict[str, Any] = {
         "parameters": replace(scene.parameters if both else quiet, implicit_damping=True),
-        "form": "reduced",
-        "integrator": "semi-implicit",
         "sight": SIGHT,
         "linear_below": margin if both else 0.0,
         "implicit_stiffness": both,

@@ -92,7 +92,12 @@ def hands_on_job(scene: HandsOnScene, choices: Choices, like: HandsOnJob | None 
     changes = {name: getattr(choices, name) for name in ("period", "integrator", "form")}
     scene = scene.with_changes(**{name: value for name, value in changes.items() if value is not None})
     if choices.organ or choices.vessels:
-        scene = scene.with_changes(anatomy=_from_files(scene.anatomy, choices))
+        anatomy = _from_files(scene.anatomy, choices)
+        for name in scene.forbidden:
+            if name not in anatomy.parts:
+                way = f"give --{name} too" if name in ("organ", "vessels") else "files have an organ and vessels only"
+                raise InputError(f'scene "{scene.name}" forbids its part "{name}", which is not among the files; {way}')
+        scene = scene.with_changes(anatomy=anatomy)
     suffix = "" if choices.enforcement == "admittance" else f"-{choices.enforcement}"
     stem = f"{scene.name}-{scene.robot}-{choices.plant}{suffix}"
     file = choices.out / f"{stem}.mcap" if choices.out is not None else None

@@ -107,12 +107,23 @@ class Pull:
         return np.array(out[1:])
 
     def hand(self, port: Array, start: Array, length: float, parts: Mapping[str, PointCloud], seed: int) -> Hand:
-        """The hand itself; length is from the shaft's end to the handle, metres, seed that of its tremor."""
+        """The hand itself; length is from the shaft's end to the handle, metres, seed that of its tremor.
+
+        Raises
+        ------
+        InputError : a way that leads through the port; others see `targets`.
+        """
         times, targets = [0.0, *(w.t for w in self.waypoints)], np.vstack([start, self.targets(port, start, parts)])
         if times[1] == 0.0:
             times, targets = times[1:], targets[1:]
         fine = _densely(times)
         ends = np.column_stack([np.interp(fine, times, axis) for axis in targets.T])
+        for t, a, b in zip(times, targets, [*targets[1:], targets[-1]], strict=True):
+            if (past := _distance_of_way(port, a, b)) < NEAREST_TO_PORT:
+                raise InputError(
+                    f"waypoints of a pull: the way from {t:g} s on passes the port at {past * 1e3:.2g} mm, where the "
+                    "shaft has no direction; lead it around, or stay on one side"
+                )
         hand: Hand = SpringHand(
             fine, np.array([handle_for(end, port, length) for end in ends]), self.stiffness, self.damping, self.most
         )
@@ -125,6 +136,13 @@ def handle_for(end: Array, port: Array, length: float) -> Array:
     """(3,) where the handle is when the shaft goes through the port and ends at a point (3,), metres."""
     along = end - port
     return end - length * along / np.linalg.norm(along)
+
+
+def _distance_of_way(point: Array, start: Array, end: Array) -> float:
+    """Of a point from a straight way, metres."""
+    way, away = end - start, point - start
+    share = float(np.clip(away @ way / max(float(way @ way), 1e-30), 0.0, 1.0))
+    return float(np.linalg.norm(away - share * way))
 
 
 def _densely(times: Sequence[float]) -> Array:

@@ -42,7 +42,7 @@ class Push:
         if bool(self.file) == bool(self.times):
             raise InputError("hand of a scene: expected wrenches or the file of a record, one of them")
         times = array(self.times, (None,), "times of a push")
-        wrenches = array(np.reshape(self.wrenches, (-1, 6)), (len(times), 6), "wrenches of a push")
+        wrenches = array(self.wrenches if times.size else np.zeros((0, 6)), (len(times), 6), "wrenches of a push")
         if not all(a < b for a, b in pairwise(times)):
             raise InputError(f"times of a push: expected growing ones, got {times.tolist()[:8]}")
         object.__setattr__(self, "times", tuple(times.tolist()))

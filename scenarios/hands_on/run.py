@@ -74,7 +74,7 @@ def _header(
             for name, f in scene.forbidden.items()
         },
         "versions": versions(),
-        "resolved_scene": dump_hands_on(scene),
+        "resolved_scene": dump_hands_on(scene.located(Path.cwd())),
     }
 
 

@@ -22,7 +22,7 @@ TOOL_PARTS = ("tip", "tool")
 
 
 def _in(folder: Path, file: str) -> str:
-    return str(folder / file) if file else ""
+    return str((folder / file).absolute()) if file else ""
 
 
 @dataclass(frozen=True)
@@ -98,7 +98,7 @@ class HandsOnScene:
             known("part of the anatomy", name, self.anatomy.parts)
 
     def located(self, folder: Path) -> Self:
-        """The scene with the files that it names taken from a folder, where it does not say from where."""
+        """The scene with whole paths of the files that it names, from a folder where it does not say from where."""
         source = self.anatomy
         anatomy = replace(source, organ=_in(folder, source.organ), vessels=_in(folder, source.vessels))
         hand = replace(self.hand, file=_in(folder, self.hand.file)) if isinstance(self.hand, Push) else self.hand

@@ -1,22 +1,24 @@
 """What a hands-on scene file may hold, and YAML <-> `HandsOnScene`, without loss."""
 
 from dataclasses import asdict, fields
-from typing import Annotated, Any, get_args
+from typing import Annotated, Any, Self, get_args
 
-from pydantic import AfterValidator, Field, PlainValidator, ValidationInfo
+from pydantic import AfterValidator, Field, PlainValidator, ValidationInfo, create_model, model_validator
 
 from admittance import NEURO8, TABLE_1, Parameters
-from primitives.errors import InputError
+from primitives.errors import InputError, UnknownNameError
 from primitives.files.fields import Numbers, Positive, Text, Vector, check_text, list_of, one_of, refers_to
-from primitives.files.model import FileModel, show
+from primitives.files.model import FileModel, gather, show
 from primitives.files.yaml_file import write
 from primitives.point_cloud import Gaps
+from primitives.units import METRES
 from scenarios.hands_on.parts import KINDS, AnatomySource
 from scenarios.hands_on.pull import WAYS, Pull, Waypoint
 from scenarios.hands_on.push import Push
 from scenarios.hands_on.scene import TOOL_PARTS, Forbidden, HandsOnScene, ToolPart
 from scenarios.robots import robots
 from scenarios.scene import check_name
+from scenarios.scene_model import Duration, Start
 
 PARAMETERS = {"table-1": TABLE_1, "neuro8": NEURO8}
 """Sets of parameters that a file can begin from."""
@@ -30,10 +32,15 @@ class _WaypointModel(FileModel):
     across: Text | None = None
     beyond: float = 0.0
 
+    @model_validator(mode="after")
+    def _fits(self) -> Self:
+        self.build()
+        return self
+
     def build(self) -> Waypoint:
         given = [(way, getattr(self, way)) for way in WAYS if getattr(self, way) is not None]
         if len(given) != 1:
-            raise InputError(f"expected one of {', '.join(WAYS)}, got {len(given)}")
+            raise InputError(f"expected one of {', '.join(WAYS)}, got {' and '.join(w for w, _ in given) or 'none'}")
         way, at = given[0]
         return Waypoint(self.t, at if isinstance(at, str) else _triple(at), self.beyond, way)
 
@@ -62,13 +69,18 @@ class _HandModel(FileModel):
     interpolate: bool = Push.interpolate
     tremor: NotNegative = Pull.tremor
 
+    @model_validator(mode="after")
+    def _fits(self) -> Self:
+        self.build()
+        return self
+
     def build(self) -> Pull | Push:
         given = [name for name in _HANDS if getattr(self, name) is not None]
         if len(given) != 1:
-            raise InputError(f"hand: expected one of {', '.join(_HANDS)}, got {', '.join(given) or 'none'}")
+            raise InputError(f"expected one of {', '.join(_HANDS)}, got {' and '.join(given) or 'none'}")
         foreign = set(_PUSHES if self.waypoints is not None else _PULLS) & self.model_fields_set
         if foreign:
-            raise InputError(f"hand: {', '.join(sorted(foreign))} does not go with {given[0]}")
+            raise InputError(f"{' and '.join(sorted(foreign))} cannot go with {given[0]}; leave out one or the other")
         if self.waypoints is not None:
             own = {name: getattr(self, name) for name in _PULLS}
             return Pull(waypoints=tuple(w.build() for w in self.waypoints), tremor=self.tremor, **own)
@@ -109,9 +121,17 @@ class _AnatomyModel(FileModel):
     opening: Positive = AnatomySource.opening
     organ: str = AnatomySource.organ
     vessels: str = AnatomySource.vessels
-    unit: str = AnatomySource.unit
+    unit: Annotated[str, one_of("unit of length", lambda: METRES)] = AnatomySource.unit
     depth: Positive = AnatomySource.depth
     gaps: Annotated[Gaps, one_of("way to treat gaps", lambda: get_args(Gaps))] = AnatomySource.gaps
+
+    @model_validator(mode="after")
+    def _fits(self) -> Self:
+        self.build()
+        return self
+
+    def build(self) -> AnatomySource:
+        return AnatomySource(**(self.model_dump() | {"at": _triple(self.at)}))
 
 
 class _ForbiddenModel(FileModel):
@@ -119,23 +139,41 @@ class _ForbiddenModel(FileModel):
     tool_radius: NotNegative = 0.0
 
 
-def _parameters(value: Any, info: ValidationInfo) -> Parameters:
+_FIELDS: dict[str, Any] = {
+    **{f.name: (Numbers if isinstance(f.default, tuple) else float, f.default) for f in fields(Parameters)},
+    "W": (Any, TABLE_1.W),
+    "implicit_damping": (bool, TABLE_1.implicit_damping),
+    "set": (Annotated[str, one_of("set of parameters", lambda: PARAMETERS)], "table-1"),
+}
+_ParametersModel = create_model("_ParametersModel", __base__=FileModel, **_FIELDS)
+
+
+def _parameters(value: Any) -> Parameters:
     """A name of PARAMETERS, or keys and values: `set` names the set that the other keys change."""
-    names = ", ".join(PARAMETERS)
-    if isinstance(value, str):
-        value = {"set": value}
-    if not isinstance(value, dict):
-        raise InputError(f"expected a set ({names}), or keys and values, got {show(value)}")
-    changes = dict(value)
-    base = changes.pop("set", "table-1")
-    if base not in PARAMETERS:
-        raise InputError(f"set: expected one of {names}, got {show(base)}")
-    known = [f.name for f in fields(Parameters)]
-    for key in changes:
-        if key not in known:
-            raise InputError(f'unknown key "{key}"; known: set, {", ".join(known)}')
-    changes = {k: tuple(v) if isinstance(v, list) else v for k, v in changes.items()}
-    return Parameters(**(asdict(PARAMETERS[base]) | changes))
+    if not isinstance(value, str | dict):
+        raise InputError(f"expected a set ({', '.join(PARAMETERS)}), or keys and values, got {show(value)}")
+    model: Any = _ParametersModel.model_validate({"set": value} if isinstance(value, str) else value)
+    changes = {name: getattr(model, name) for name in model.model_fields_set - {"set"}}
+    gather(None, [((name,), words) for name in changes if (words := _problem(name, changes[name]))])
+    return Parameters(**(asdict(PARAMETERS[model.set]) | changes))
+
+
+def _problem(name: str, value: Any) -> str:
+    """What is wrong with the value of a parameter, empty where nothing is."""
+    try:
+        Parameters(**{name: value})
+    except InputError as error:
+        return str(error)
+    return ""
+
+
+def _parts_of(value: dict[str, _ForbiddenModel], info: ValidationInfo) -> dict[str, _ForbiddenModel]:
+    anatomy = info.data.get("anatomy")
+    if anatomy is not None:
+        parts = anatomy.build().parts
+        unknown = [((name,), str(UnknownNameError("part of the anatomy", name, parts))) for name in value]
+        gather(None, [problem for problem in unknown if problem[0][0] not in parts])
+    return value
 
 
 class HandsOnModel(FileModel):
@@ -146,7 +184,7 @@ class HandsOnModel(FileModel):
     robot: Annotated[str, one_of("robot", robots.names)]
     group: Annotated[Text, refers_to("joint group")] = "all"
     shaft: Annotated[Text, refers_to("frame")] = "tip"
-    start: Numbers
+    start: Start
     port: Vector
     port_radius: Positive = HandsOnScene.port_radius
     parameters: Annotated[Parameters, PlainValidator(_parameters)] = TABLE_1
@@ -155,24 +193,31 @@ class HandsOnModel(FileModel):
         HandsOnScene.integrator
     )
     anatomy: _AnatomyModel
-    forbidden: dict[str, _ForbiddenModel]
+    forbidden: Annotated[dict[str, _ForbiddenModel], AfterValidator(_parts_of)]
     hand: _HandModel
     period: Positive = HandsOnScene.period
-    duration: Positive
+    duration: Duration
+
+    @model_validator(mode="after")
+    def _waypoints_at_parts(self) -> Self:
+        parts = self.anatomy.build().parts
+        gather(
+            None,
+            [
+                (("hand", "waypoints", i, way), str(UnknownNameError("part of the anatomy", name, parts)))
+                for i, waypoint in enumerate(self.hand.waypoints or [])
+                for way in ("into", "across")
+                if (name := getattr(waypoint, way)) is not None and name not in parts
+            ],
+        )
+        return self
 
     def build(self) -> HandsOnScene:
         """The scene that the file declares; raises InputError."""
-        own = {name: getattr(self, name) for name in ("name", "summary", "robot", "group", "shaft", "port_radius")}
-        own |= {name: getattr(self, name) for name in ("parameters", "form", "integrator", "period", "duration")}
-        anatomy = self.anatomy.model_dump()
-        return HandsOnScene(
-            **own,
-            start=tuple(self.start),
-            port=_triple(self.port),
-            anatomy=AnatomySource(**(anatomy | {"at": tuple(anatomy["at"])})),
-            forbidden={k: Forbidden(f.keeps_out, f.tool_radius) for k, f in self.forbidden.items()},
-            hand=self.hand.build(),
-        )
+        built = {"anatomy": self.anatomy.build(), "hand": self.hand.build()}
+        own = {name: getattr(self, name) for name in type(self).model_fields if name not in built}
+        forbidden = {name: Forbidden(f.keeps_out, f.tool_radius) for name, f in self.forbidden.items()}
+        return HandsOnScene(**(own | built | {"forbidden": forbidden}))
 
 
 def hands_on_data(scene: HandsOnScene) -> dict[str, Any]:

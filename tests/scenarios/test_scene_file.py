@@ -24,6 +24,7 @@ from tests.primitives.broken_files import broken_data, broken_texts, changed, pr
 from vfi.tasks import PoseTask
 
 SCENES = ("S1", "S2", "S3", "S3-stiff-wrist", "S4", "S5")
+ALL_SCENES = (*SCENES, "bowl-tip", "bowl-tool", "hands-on-tip", "hands-on-tool")
 
 VALID = """\
 # one arm, a wall
@@ -82,7 +83,7 @@ def test_file_and_python_are_equal(name):
 
 
 def test_the_scenes_differ_in_what_they_enforce():
-    assert scene_names() == SCENES
+    assert scene_names() == ALL_SCENES
     enforced = {n: [c.name for c in load_scene(n).constraints if c.enforced] for n in SCENES}
     assert enforced == {
         "S1": [],
@@ -188,7 +189,7 @@ def test_a_scene_can_be_registered_by_its_file(tmp_path):
     assert register_scene(str(file)) == "wall"
     assert load_scene("wall") == load_scene(file)
     assert scene_path("wall") == file
-    assert scene_names() == (*SCENES, "wall")
+    assert scene_names() == (*ALL_SCENES, "wall")
     with pytest.raises(InputError, match=r'scene "wall" of .*other\.yaml is registered already'):
         register_scene(written(tmp_path, VALID, "other.yaml"))
     with pytest.raises(InputError, match=r'"S1" of .*mine\.yaml is registered already'):
