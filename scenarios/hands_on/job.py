@@ -97,7 +97,7 @@ def hands_on_job(scene: HandsOnScene, choices: Choices, like: HandsOnJob | None 
             if name not in anatomy.parts:
                 way = f"give --{name} too" if name in ("organ", "vessels") else "files have an organ and vessels only"
                 raise InputError(f'scene "{scene.name}" forbids its part "{name}", which is not among the files; {way}')
-        scene = scene.with_changes(anatomy=anatomy)
+        scene = scene.with_changes(anatomy=anatomy, hand=scene.hand_on_files or scene.hand)
     suffix = "" if choices.enforcement == "admittance" else f"-{choices.enforcement}"
     stem = f"{scene.name}-{scene.robot}-{choices.plant}{suffix}"
     file = choices.out / f"{stem}.mcap" if choices.out is not None else None
