@@ -158,7 +158,7 @@ class Admittance:
         problem = self._take_in(t, wrench)
         row = self.cycles % len(self.ring)
         if problem is not None:
-            compiled_cycle.refuse(*self._memory.arguments, *problem, self.ring, row)
+            compiled_cycle.refuse(*self._memory.arguments, State.FAULT, *problem, self.ring, row)
         else:
             compiled_cycle.cycle(*self._memory.arguments, *self._points, 0, self._t, self.ring, row)
         self._open = False
@@ -192,8 +192,10 @@ class Admittance:
             self._reason(),
         )
 
-    def accept(self, v: ArrayLike) -> Motion:
+    def accept(self, v: ArrayLike | None) -> Motion:
         """Carry out the free velocity (m,) that was decided on after `propose`, and keep it as the state. Never raises.
+
+        None says that none was found: the state is HOLD, and the arm stands still.
 
         A velocity that is not (m,) finite numbers, or that comes without a proposal, is a FAULT and stands still.
         """
@@ -201,10 +203,15 @@ class Admittance:
         try:
             if not self._open:
                 raise InputError("accept: there is no proposal")
-            self._real[Real.V_NEXT][:] = array(v, self._real[Real.V].shape, "free velocity")
-            compiled_cycle.cycle(*self._memory.arguments, *self._points, 1, self._t, self.ring, row)
+            if v is None:
+                how = State.HOLD, int(Reason.UNDECIDED), self._finite_t
+                compiled_cycle.refuse(*self._memory.arguments, *how, self.ring, row)
+            else:
+                self._real[Real.V_NEXT][:] = array(v, self._real[Real.V].shape, "free velocity")
+                compiled_cycle.cycle(*self._memory.arguments, *self._points, 1, self._t, self.ring, row)
         except Exception:
-            compiled_cycle.refuse(*self._memory.arguments, int(Reason.INPUT), self._finite_t, self.ring, row)
+            how = State.FAULT, int(Reason.INPUT), self._finite_t
+            compiled_cycle.refuse(*self._memory.arguments, *how, self.ring, row)
         self._open = False
         return self._finish(row, begun)
 

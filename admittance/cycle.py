@@ -93,14 +93,14 @@ def conclude(
     write_record(f, fl, w, wl, t, ring, row)
 
 
-@compiled(f"void({MEMORY}, int64, float64, float64[:,::1], int64)")
+@compiled(f"void({MEMORY}, int64, int64, float64, float64[:,::1], int64)")
 def refuse(
-    f: Array, fl: np.ndarray, w: np.ndarray, wl: np.ndarray, reason: int, t: float, ring: Array, row: int
+    f: Array, fl: np.ndarray, w: np.ndarray, wl: np.ndarray, state: int, reason: int, t: float, ring: Array, row: int
 ) -> None:
-    """A cycle whose input could not even be read: no wrench, no motion."""
+    """A cycle without a motion: its input could not be read, or nothing could be decided; it counts no wrench."""
     vector(f, fl, Real.WRENCH)[:] = 0.0
     begin(f, fl, w, wl)
-    judge(f, fl, w, wl, State.FAULT, reason)
+    judge(f, fl, w, wl, state, reason)
     rest(f, fl, w, wl)
     conclude(f, fl, w, wl, integers(w, wl, Whole.OPTIONS)[Option.EVALUATED], t, ring, row)
 

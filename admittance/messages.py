@@ -71,6 +71,7 @@ WORDS = {
     Reason.CEILING: "the measured wrench is larger than a hand's can be; see force_ceiling and torque_ceiling",
     Reason.TIME: "the time must be finite and grow from cycle to cycle",
     Reason.INPUT: "the input has not the shape or kind that was declared",
+    Reason.UNDECIDED: "no velocity keeps all that was asked for; standing still",
     Reason.NOT_FINITE: "the motion came out as numbers that are not finite and was not carried out",
 }
 """What each reason says to people."""

@@ -33,6 +33,8 @@ class Reason(IntEnum):
     """The input has not the shape or kind that was declared."""
     NOT_FINITE = 12
     """The motion came out as a number that is not finite; it was not carried out."""
+    UNDECIDED = 13
+    """What decides on the proposed velocity found none."""
 
 
 class Limited(IntEnum):

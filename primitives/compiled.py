@@ -116,7 +116,7 @@ def _not_kept(reason: str) -> None:
 
 @functools.cache
 def _announce() -> None:
-    print("active-constraints: compiling once, about 30 s", file=sys.stderr, flush=True)
+    print("active-constraints: compiling once, a minute or two", file=sys.stderr, flush=True)
 
 
 def compiled(signature: str) -> Callable[[F], F]:

@@ -138,6 +138,39 @@ def _show(results: list[dict[str, Any]], files: list[Path], as_json: bool) -> No
 
 
 @app.command()
+def compare(
+    scene: Annotated[str, typer.Argument(help="A hands-on scene by name (see `vfi list`) or as a YAML file.")],
+    enforcement: Annotated[str, typer.Option(help="Names with commas: none, admittance, vfi, both.")] = (
+        "none,admittance,vfi,both"
+    ),
+    robot: Annotated[str | None, typer.Option(help="Names with commas; default: the scene's.")] = None,
+    seeds: Annotated[int, typer.Option(help="Runs of each, with seeds 0, 1, ..; the hand trembles.")] = 1,
+    plant: Annotated[PlantName, typer.Option(help="Ideal joints, or physics.")] = PlantName.kinematic,
+    as_json: Annotated[bool, typer.Option("--json", help="Print one object a run instead of a table.")] = False,
+) -> None:
+    """Run a scene under several enforcements, and on several arms, with the same hand, and show what each did."""
+    with _one_clear_line():
+        from rich.console import Console
+        from rich.progress import Progress
+
+        from scenarios.hands_on.compare import cells, prepare_comparison, run_comparison
+        from scenarios.jobs import Choices
+
+        robots: list[str | None] = [*robot.split(",")] if robot else [None]
+        jobs = prepare_comparison(scene, enforcement.split(","), robots, seeds, Choices(plant=plant.value))
+        with Progress(console=Console(stderr=True), transient=True, disable=not sys.stderr.isatty()) as bar:
+            task = bar.add_task(scene, total=1.0)
+            results = run_comparison(jobs, lambda label, share: bar.update(task, description=label, completed=share))
+    if as_json:
+        print(json.dumps(results, indent=2))
+        return
+    from scenarios.hands_on_table import print_comparison
+    from scenarios.table import console_for_tables
+
+    print_comparison(results[0]["scene"], cells(results), console_for_tables())
+
+
+@app.command()
 def video(
     run_file: Annotated[Path, typer.Argument(metavar="RUN.mcap", help="Trace of a run, as `vfi run --out` writes it.")],
     out: Annotated[Path, typer.Option("-o", "--out", help="Video to write, .mp4.")],

@@ -38,6 +38,44 @@ def print_hands_on(results: Sequence[dict[str, Any]], console: Console, shown: i
             console.print(f"  {_label(r)} at {event['t']:.3f} s {event['state']}: {event['reason']}", markup=False)
 
 
+def print_comparison(scene: str, rows: Sequence[dict[str, Any]], console: Console) -> None:
+    """Print one row for each arm and enforcement."""
+    table = Table(
+        title=f"{scene}: {rows[0]['runs']} run{'s' if rows[0]['runs'] > 1 else ''} each",
+        title_justify="left",
+        caption=(
+            "clearance: smallest of all runs, also between cycles, mm; entered, slipped: runs that did; port: largest "
+            "distance of the shaft from the port, mm; excess: largest of passivity, J; medians: work of the hand, J, "
+            "mean and largest force, N, way of the shaft's end, mm, share of cycles with repulsion. Where runs "
+            "slipped, effort is not comparable."
+        ),
+        caption_justify="left",
+        box=SIMPLE_HEAD,
+        padding=(0, 1, 0, 0),
+        pad_edge=False,
+    )
+    for column in ("robot", "enforcement"):
+        table.add_column(column, no_wrap=True)
+    for column in ("clearance", "entered", "port", "excess", "work", "force", "peak", "way", "contact", "slipped"):
+        table.add_column(column, justify="right", no_wrap=True)
+    for r in rows:
+        table.add_row(
+            r["robot"],
+            r["enforcement"],
+            _clearance(r["clearance_m"]),
+            str(r["entered"]),
+            f"{r['port_error_m'] * 1e3:.3g}",
+            f"{r['passivity_excess_J']:.1e}",
+            f"{r['hand_work_J']:.3f}",
+            f"{r['mean_force_N']:.1f}",
+            f"{r['max_force_N']:.1f}",
+            f"{r['travel_m'] * 1e3:.0f}",
+            f"{r['contact_fraction']:.0%}",
+            str(r["slipped"]),
+        )
+    console.print(table)
+
+
 def _label(r: dict[str, Any]) -> str:
     method = "" if r["enforcement"] == "admittance" else f" {r['enforcement']}"
     return f"{r['scene']} {r['robot']} {r['plant']}{method}"

@@ -19,11 +19,17 @@ SHOWN = 3
 """Changes of state that are printed below the table for each run."""
 
 
-def print_results(results: Sequence[dict[str, Any]], files: Sequence[Path] = ()) -> None:
-    """Print what came of runs, a table for each kind of scene, and the files that were written."""
+def console_for_tables() -> Console:
+    """The terminal; nothing is cut off where nobody sits at one."""
     console = Console()
     if not console.is_terminal:
         console.width = PIPED_WIDTH
+    return console
+
+
+def print_results(results: Sequence[dict[str, Any]], files: Sequence[Path] = ()) -> None:
+    """Print what came of runs, a table for each kind of scene, and the files that were written."""
+    console = console_for_tables()
     followed, led = [r for r in results if "plant" not in r], [r for r in results if "plant" in r]
     if followed:
         _print_margins(followed, console)

@@ -20,7 +20,7 @@ def output(example: Path) -> str:
 
 
 def test_there_are_examples():
-    assert [e.name[:2] for e in EXAMPLES][:3] == ["01", "02", "03"]
+    assert [e.name[:2] for e in EXAMPLES][:4] == ["01", "02", "03", "04"]
 
 
 @pytest.mark.parametrize("example", EXAMPLES, ids=lambda e: e.stem)
@@ -44,6 +44,17 @@ def test_s5_in_python_violates_nothing():
 def test_own_primitive_has_the_right_gradient():
     text = output(ROOT / "docs/examples/03_own_primitive.py")
     assert float(re.search(r"central differences: ([\d.e+-]+)", text)[1]) < 1e-8
+
+
+def test_hand_is_stopped_before_the_ball():
+    text = output(ROOT / "docs/examples/04_hands_on.py")
+    assert "all cycles in RUN: True" in text
+    smallest, rest = (float(x) for x in re.search(r"clearance ([\d.-]+) mm, at the end ([\d.-]+) mm", text).groups())
+    assert 0.0 < smallest <= rest < 11.5
+    assert float(re.search(r"port error ([\d.]+) um", text)[1]) < 1.0
+    # At rest the repulsion holds what the hand pulls with, as hard as it can.
+    assert float(re.search(r"at the end ([\d.]+) N", text)[1]) == pytest.approx(15.0, abs=0.02)
+    assert float(re.search(r"excess ([\d.e+-]+) J", text)[1]) <= 1e-9
 
 
 def blocks():

@@ -51,14 +51,14 @@ def traces_in_space(trace: Trace, scene: HandsOnScene, parts: Mapping[str, Part]
     path = (ends[thin(ends[:, 2])] - port) * 1e3
     shown.append(path)
     space.plot(*path.T, color="#E69F00", linewidth=1.8, label="end of the shaft")
-    space.scatter([0], [0], [0], color="black", s=30, marker="o", label="port")
+    space.scatter([0], [0], [0], color="black", s=16, marker="o", label="port")
     box = np.vstack(shown)
     low, high = box.min(axis=0), box.max(axis=0)
     half = 0.5 * np.maximum(high - low, 0.4 * np.max(high - low))
     for name, centre, h in zip("xyz", 0.5 * (low + high), half, strict=True):
         getattr(space, f"set_{name}lim")(centre - 1.05 * h, centre + 1.05 * h)
-        getattr(space, f"set_{name}label")(f"{name} from the port [mm]", labelpad=8)
-    space.set_box_aspect(tuple(half), zoom=0.86)
+        getattr(space, f"set_{name}label")(f"{name} from the port [mm]", labelpad=10)
+    space.set_box_aspect(tuple(half), zoom=0.8)
     space.view_init(elev=16, azim=-60)
     figure.legend(loc="outside upper center", ncols=4, frameon=False, markerscale=2.5)
     return figure
@@ -96,7 +96,7 @@ def over_time(trace: Trace, scene: HandsOnScene, parts: Mapping[str, Part]) -> F
     panels[3].set_ylabel("hand [N]")
     panels[3].set_xlabel("time [s]")
     for axes in panels[1:]:
-        axes.legend(loc="upper left", fontsize=8, ncols=2, frameon=False)
+        axes.legend(loc="upper left", fontsize=8, ncols=2, framealpha=0.8)
     return figure
 
 

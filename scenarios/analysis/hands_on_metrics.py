@@ -136,6 +136,7 @@ def summary(trace: Trace, scene: HandsOnScene, parts: Mapping[str, Part]) -> dic
         "contact_fraction": float(touching.mean()),
         "slipped": slipped(touching, at, scene.parameters.d_0, period),
         "max_force_N": float(force.max()),
+        "mean_force_N": float(force.mean()),
         "max_repulsion_N": float(np.linalg.norm(trace["repulsion"][:, :3], axis=1).max()),
         "contact_force_N": {
             name.removeprefix("contact_"): float(np.linalg.norm(trace[name], axis=1).max())

@@ -19,6 +19,7 @@ from primitives.robot import Robot
 from scenarios.hands_on.parts import Part
 from scenarios.hands_on.scene import HandsOnScene
 from vfi.projection import Projection
+from vfi.qp import SolverStatus
 
 ENFORCEMENTS = ("none", "admittance", "vfi", "both")
 FORM, INTEGRATOR = "reduced", "semi-implicit"
@@ -51,7 +52,7 @@ class Projected:
         """What the rows and the joint limits have done so far, J; <= 0 as long as nothing moves or is violated."""
 
     def step(self, t: float, wrench: Array) -> Motion:
-        """One cycle; see `Admittance.step`. Where no velocity keeps all rows the arm stands still."""
+        """One cycle; see `Admittance.step`. Where no velocity keeps all rows the state is HOLD."""
         p = self._admittance.propose(t, wrench)
         if p.state >= AdmittanceState.HOLD:
             return self._admittance.accept(np.zeros_like(p.v_ref))
@@ -60,7 +61,7 @@ class Projected:
             p.v_ref, p.metric, p.rows, demand, np.ascontiguousarray(p.basis), p.offset, p.low, p.high
         )
         self.constraint_work += found.constraint_work
-        return self._admittance.accept(found.v)
+        return self._admittance.accept(found.v if found.status == SolverStatus.OPTIMAL else None)
 
 
 class Plain:

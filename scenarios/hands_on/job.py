@@ -40,6 +40,12 @@ class HandsOnJob:
         """The anatomy, built once."""
         return build_parts(self.scene.anatomy, np.array(self.scene.port))
 
+    def with_seed(self, seed: int) -> "HandsOnJob":
+        """The same run with another seed, in the same anatomy."""
+        other = replace(self, seed=seed)
+        other.__dict__["parts"] = self.parts
+        return other
+
     def check(self) -> None:
         """Build everything that the run will need; raises where something does not fit."""
         robot = self.scene.build_robot()
@@ -72,8 +78,11 @@ class HandsOnJob:
         return draw_hands_on(trace, self.scene, self.parts, folder)
 
 
-def hands_on_job(scene: HandsOnScene, choices: Choices) -> HandsOnJob:
-    """The job of a scene as the command line changes it, checked; raises what is wrong with it."""
+def hands_on_job(scene: HandsOnScene, choices: Choices, like: HandsOnJob | None = None) -> HandsOnJob:
+    """The job of a scene as the command line changes it, checked; raises what is wrong with it.
+
+    like : a job of the same scene and anatomy, whose parts are taken over instead of being built again.
+    """
     if choices.robot not in (None, scene.robot):
         robots[choices.robot or ""]
         raise InputError(
@@ -88,11 +97,13 @@ def hands_on_job(scene: HandsOnScene, choices: Choices) -> HandsOnJob:
             if name not in anatomy.parts:
                 way = f"give --{name} too" if name in ("organ", "vessels") else "files have an organ and vessels only"
                 raise InputError(f'scene "{scene.name}" forbids its part "{name}", which is not among the files; {way}')
-        scene = scene.with_changes(anatomy=anatomy)
+        scene = scene.with_changes(anatomy=anatomy, hand=scene.hand_on_files or scene.hand)
     suffix = "" if choices.enforcement == "admittance" else f"-{choices.enforcement}"
     stem = f"{scene.name}-{scene.robot}-{choices.plant}{suffix}"
     file = choices.out / f"{stem}.mcap" if choices.out is not None else None
     job = HandsOnJob(scene, choices.plant, choices.enforcement, choices.seed, file)
+    if like is not None:
+        job.__dict__["parts"] = like.parts
     job.check()
     return job
 

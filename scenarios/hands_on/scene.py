@@ -61,7 +61,8 @@ class HandsOnScene:
     form, integrator : see `admittance.Admittance`.
     anatomy : see `AnatomySource`.
     forbidden : {name of a part: what of the tool it keeps out}.
-    hand : see `Pull` and `Push`.
+    hand : see `Pull` and `Push`. hand_on_files : another one for anatomy from files on the command line, whose places
+        a scene cannot know; None for the same.
     period : T, seconds. duration : seconds.
 
     Raises
@@ -78,6 +79,7 @@ class HandsOnScene:
     forbidden: Mapping[str, Forbidden]
     hand: Pull | Push
     duration: float
+    hand_on_files: Pull | Push | None = None
     period: float = 0.004
     group: str = "all"
     shaft: str = "tip"
@@ -101,8 +103,10 @@ class HandsOnScene:
         """The scene with whole paths of the files that it names, from a folder where it does not say from where."""
         source = self.anatomy
         anatomy = replace(source, organ=_in(folder, source.organ), vessels=_in(folder, source.vessels))
-        hand = replace(self.hand, file=_in(folder, self.hand.file)) if isinstance(self.hand, Push) else self.hand
-        return replace(self, anatomy=anatomy, hand=hand)
+        hand, other = (
+            replace(h, file=_in(folder, h.file)) if isinstance(h, Push) else h for h in (self.hand, self.hand_on_files)
+        )
+        return replace(self, anatomy=anatomy, hand=hand or self.hand, hand_on_files=other)
 
     def with_changes(self, **changes: Any) -> Self:
         """The scene with other values of some attributes."""

@@ -195,6 +195,7 @@ class HandsOnModel(FileModel):
     anatomy: _AnatomyModel
     forbidden: Annotated[dict[str, _ForbiddenModel], AfterValidator(_parts_of)]
     hand: _HandModel
+    hand_on_files: _HandModel | None = None
     period: Positive = HandsOnScene.period
     duration: Duration
 
@@ -214,7 +215,8 @@ class HandsOnModel(FileModel):
 
     def build(self) -> HandsOnScene:
         """The scene that the file declares; raises InputError."""
-        built = {"anatomy": self.anatomy.build(), "hand": self.hand.build()}
+        other = self.hand_on_files.build() if self.hand_on_files is not None else None
+        built = {"anatomy": self.anatomy.build(), "hand": self.hand.build(), "hand_on_files": other}
         own = {name: getattr(self, name) for name in type(self).model_fields if name not in built}
         forbidden = {name: Forbidden(f.keeps_out, f.tool_radius) for name, f in self.forbidden.items()}
         return HandsOnScene(**(own | built | {"forbidden": forbidden}))
@@ -234,6 +236,7 @@ def hands_on_data(scene: HandsOnScene) -> dict[str, Any]:
         "anatomy": {**asdict(scene.anatomy), "at": list(scene.anatomy.at), "cover": dict(scene.anatomy.cover)},
         "forbidden": {name: asdict(f) for name, f in scene.forbidden.items()},
         "hand": _hand_data(scene.hand),
+        **({"hand_on_files": _hand_data(scene.hand_on_files)} if scene.hand_on_files is not None else {}),
         "period": float(scene.period),
         "duration": float(scene.duration),
     }

@@ -2,8 +2,6 @@
 
 from collections.abc import Mapping, Sequence
 from itertools import pairwise
-from pathlib import Path
-from tempfile import TemporaryDirectory
 from types import MappingProxyType
 from typing import Any, NamedTuple
 
@@ -20,8 +18,7 @@ from scenarios.analysis.metrics import VIOLATED as LEAST_MARGIN
 from scenarios.analysis.trace import Trace
 from scenarios.plants.obstacles import Cloud, Port
 from scenarios.robots import RobotEntry, robots
-from scenarios.scene import Scene
-from scenarios.scene_file import load_scene
+from scenarios.view.shown import shown
 from scenarios.view.stage import KEPT, VIOLATED, WATCHED, build_stage, is_fixed
 
 
@@ -57,13 +54,6 @@ GLOW = 0.6
 """Share of a path's colour that no light is needed for."""
 
 
-def _resolved(trace: Trace) -> Scene:
-    with TemporaryDirectory() as folder:
-        file = Path(folder) / "resolved.yaml"
-        file.write_text(trace.header["resolved_scene"], encoding="utf-8")
-        return load_scene(file)
-
-
 class Film:
     """The MuJoCo scene and the text of any cycle of a trace.
 
@@ -82,20 +72,20 @@ class Film:
     def __init__(self, trace: Trace, size: tuple[int, int], camera: Camera, port: Port | None, clouds: Sequence[Cloud]):
         self._trace = trace
         entry: RobotEntry = robots[trace.header["robot"]]
-        robot, q = entry.build(), trace["q"]
-        if len(q) == 0 or list(robot.joints) != list(trace.header["joints"]):
+        robot = entry.build()
+        if len(trace.records) == 0 or list(robot.joints) != list(trace.header["joints"]):
             raise InputError(
-                f'trace of robot "{entry.name}": expected cycles of the joints {", ".join(robot.joints)}, got {len(q)} '
-                f"cycles of {', '.join(trace.header['joints'])}"
+                f'trace of robot "{entry.name}": expected cycles of the joints {", ".join(robot.joints)}, got '
+                f"{len(trace.records)} cycles of {', '.join(trace.header['joints'])}"
             )
-        scene = _resolved(trace)
-        self._enforced = {c.name: c.enforced for c in scene.constraints}
+        what = shown(trace, robot, port, clouds)
+        q, port, clouds, constraints = what.q, what.port, what.clouds, what.constraints
+        self._q, self._rows, self._method = q, what.rows, what.method
+        self._enforced = {c.name: c.enforced for c in constraints}
         keep = np.unique(np.linspace(0, len(q) - 1, min(len(q), PATH_PIECES + 1)).astype(int))
-        path, wanted = _path(robot, scene.task.frame or robot.tip, q[keep]), _wanted(trace, keep)
+        path, wanted = _path(robot, what.frame, q[keep]), _wanted(trace, keep)
         seen = [path, wanted]
-        seen += [
-            c.second.geometry[None, :3] for c in scene.constraints if is_fixed(c.second) and c.second.kind == "point"
-        ]
+        seen += [c.second.geometry[None, :3] for c in constraints if is_fixed(c.second) and c.second.kind == "point"]
         seen += [np.atleast_2d(np.array(port.centre, dtype=float))] if port is not None else []
         seen += [np.array(cloud.points, dtype=float) for cloud in clouds]
         centre, reach = _ball(np.vstack(seen))
@@ -105,7 +95,7 @@ class Film:
         self.model, self._geoms = build_stage(
             entry,
             robot,
-            constraints=scene.constraints,
+            constraints=constraints,
             centre=centre,
             reach=reach,
             port=port,
@@ -127,7 +117,7 @@ class Film:
 
     def scene(self, k: int) -> Any:
         """The `mujoco.MjvScene` of cycle k."""
-        self._data.qpos[self._places] = self._trace["q"][k]
+        self._data.qpos[self._places] = self._q[k]
         for name, geoms in self._geoms.items():
             kept = KEPT if self._enforced[name] else WATCHED
             self.model.geom_rgba[geoms, :3] = VIOLATED if self._trace.margin(name)[k] < LEAST_MARGIN else kept
@@ -148,15 +138,10 @@ class Film:
 
     def text(self, k: int) -> tuple[str, str]:
         """Two columns: what is measured, and how much of it there is at cycle k."""
-        header, rows = self._trace.header, [("time", f"{self._trace.t[k]:.2f} s")]
-        for name, unit in header["constraints"].items():
-            value = self._trace.margin(name)[k]
-            shown = f"{1e3 * value:.2f} mm" if unit == "m" else f"{np.degrees(value):.2f} deg"
-            mark = " violated" if value < LEAST_MARGIN else "" if self._enforced[name] else " (watched)"
-            rows.append((name, shown + mark))
+        rows = [("time", f"{self._trace.t[k]:.2f} s"), *self._rows(k)]
         return (
-            "\n".join([header["scene"], *(name for name, _ in rows)]),
-            "\n".join([header["solver"], *(value for _, value in rows)]),
+            "\n".join([self._trace.header["scene"], *(name for name, _ in rows)]),
+            "\n".join([self._method, *(value for _, value in rows)]),
         )
 
     def _draw(self, points: Array, colour: tuple[float, float, float, float], pixels: float) -> None:
@@ -193,7 +178,7 @@ def _spaced(points: Array, apart: float) -> list[int]:
 
 def _wanted(trace: Trace, keep: np.ndarray) -> Array:
     """Positions (k, 3) of the reference where it is a pose; none where it is a velocity."""
-    poses = trace["reference"]
-    if poses.shape[1] != 8 or "pose" not in trace.columns:
+    if "reference" not in trace.columns or "pose" not in trace.columns or trace["reference"].shape[1] != 8:
         return np.zeros((0, 3))
+    poses = trace["reference"]
     return np.array([dq.translation(np.ascontiguousarray(poses[k])) for k in keep])

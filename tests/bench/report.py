@@ -6,6 +6,8 @@ import platform
 from importlib.metadata import PackageNotFoundError, version
 from pathlib import Path
 
+from tests.bench import admittance_bench
+
 OUT = "ACTIVE_CONSTRAINTS_BENCH"
 """Environment variable: the folder that bench.json goes to; default runs/bench."""
 PACKAGES = ("numpy", "numba", "dqrobotics", "pin", "pin-pink", "mink", "mujoco", "daqp", "quadprog", "qpsolvers")
@@ -66,6 +68,7 @@ def table(result):
             line + (f"{part['flops']:>12}{rate:>8.2f}{rate * 1e9 / made['peak_flops']:>21.1%}" if rate else "")
         )
     lines.append(f"{'step, guard off, so without verification':<40}{made['step_us']:>8.2f}")
+    lines += ["", *admittance_bench.lines(result["admittance"])]
     lines += ["", "in the loop: " + ", ".join(f"{k} {v}" for k, v in result["steadiness"].items())]
     return "\n".join(lines)
 

@@ -4,7 +4,7 @@ import os
 
 import pytest
 
-from tests.bench import contenders, problem
+from tests.bench import admittance_bench, contenders, problem
 from tests.bench.agreement import agreement
 from tests.bench.growth import JOINTS, ROWS, growth
 from tests.bench.harness import measure, statistics
@@ -61,6 +61,7 @@ def result(field):
         "contenders": by_name,
         "growth": grown,
         "parts": parts(),
+        "admittance": admittance_bench.by_size(),
         "guard_resolved_share": resolved,
         "steadiness": steady,
     }
@@ -104,6 +105,15 @@ def test_growth_covers_rows_joints_and_arms(result):
     assert len(grown["arms"]) == 3
     assert all(set(by_guard) == {"off", "act"} for sizes in grown.values() for by_guard in sizes.values())
     assert not any(n["failures"] for sizes in grown.values() for by_guard in sizes.values() for n in by_guard.values())
+
+
+def test_admittance_leans_on_clouds_of_every_size(result):
+    found = result["admittance"]
+    assert list(found) == [str(size) for size in admittance_bench.SIZES]
+    for size, numbers in found.items():
+        assert numbers["points"] == pytest.approx(int(size), rel=0.01)
+        assert numbers["contact"] == 1.0 and numbers["failures"] == 0
+    assert found["1000000"]["in_reach"] > 100 * found["1000"]["in_reach"]
 
 
 def test_nothing_compiles_collects_or_grows_in_the_loop(result):

@@ -74,3 +74,23 @@ def test_unknown_enforcement_names_the_known_ones():
     scene, parts = bowl("bowl-tip", 0.0)
     with pytest.raises(UnknownNameError, match="admittance, both, none, vfi"):
         enforce("potential", scene, scene.build_robot(), parts)
+
+
+def test_where_no_velocity_keeps_all_rows_it_holds_and_says_why():
+    """Rows that contradict one another, as two surfaces that close in on the tool would give."""
+    scene, parts = bowl("bowl-tip", 0.0)
+    admittance, method = enforce("vfi", scene, scene.build_robot(), parts)
+    solve = method._projection.solve
+
+    def squeezed(v_ref, metric, rows, demand, *joints):
+        along = np.zeros((2, len(v_ref)))
+        along[:, 0] = 1.0, -1.0
+        return solve(v_ref, metric, along, np.ones(2), *joints)
+
+    method._projection.solve = squeezed
+    motion = method.step(0.004, np.array([0.0, 0.0, -5.0, 0.0, 0.0, 0.0]))
+    assert motion.state.name == "HOLD" and "no velocity keeps all" in motion.reason
+    assert not motion.qdot.any() and not motion.v.any()
+    record = admittance.ring[0]
+    assert record[admittance.columns["state"]][0] == motion.state
+    assert method.step(0.008, np.zeros(6)).state.name == "HOLD", "it goes on asking"

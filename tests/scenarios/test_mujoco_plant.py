@@ -2,6 +2,7 @@
 
 from itertools import pairwise
 from pathlib import Path
+from types import SimpleNamespace
 from typing import Any
 
 import mujoco
@@ -16,8 +17,6 @@ from scenarios.plants.kinematic import KinematicPlant
 from scenarios.plants.mujoco import MujocoPlant, Noise
 from scenarios.plants.obstacles import Cloud, Port
 from scenarios.robots import neuro8, neuro8_pair, robots
-from vfi.messages import ByName, Command
-from vfi.outcome import State
 
 Array = NDArray[np.float64]
 
@@ -27,12 +26,12 @@ NEURO = robots["neuro8"]
 NEURO_PORT = np.array([0.0, 0.0, -0.29])
 NEURO_Q = neuro8.configuration_for_shaft(NEURO_PORT, [0.0, 0.0, -0.33], [0.0, 0.15, 0.1])
 T = 0.004
-NONE = ByName({}, np.zeros(0))
 ARMS = {"lwr4plus": (LWR, Q0, LWR_PORT, "tip"), "neuro8": (NEURO, NEURO_Q, NEURO_PORT, "shaft")}
 
 
-def command(qdot: ArrayLike) -> Command:
-    return Command(np.array(qdot, dtype=float), State.RUN, "", np.inf, NONE, NONE)
+def command(qdot: ArrayLike) -> SimpleNamespace:
+    """What a plant needs to know of a command of either method."""
+    return SimpleNamespace(qdot=np.array(qdot, dtype=float))
 
 
 def lwr(**options: Any) -> MujocoPlant:

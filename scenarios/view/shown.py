@@ -1,0 +1,103 @@
+"""What of a run is shown, for each kind of scene: which joints move, what stands around, what the text says."""
+
+from collections.abc import Callable, Sequence
+from pathlib import Path
+from tempfile import TemporaryDirectory
+from typing import NamedTuple
+
+import numpy as np
+
+from primitives.checks import Array
+from primitives.constraint import ConstraintSet
+from primitives.robot import Robot
+from scenarios.analysis.metrics import VIOLATED
+from scenarios.analysis.trace import Trace
+from scenarios.plants.obstacles import Cloud, Port
+from scenarios.scene import Scene
+from scenarios.scene_file import load_any
+
+FORBIDDEN, ALLOWED = (0.78, 0.2, 0.17, 1.0), (0.55, 0.68, 0.45, 1.0)
+"""Colours of parts of the anatomy that the tool is kept out of, and of the others."""
+
+Rows = Callable[[int], list[tuple[str, str]]]
+
+
+class Shown(NamedTuple):
+    """What a film needs to know of a run.
+
+    Attributes
+    ----------
+    q : (cycles, n) joints to show. frame : whose path is drawn.
+    constraints : whose fixed elements are drawn. port, clouds : the anatomy.
+    rows : from a cycle to (what, how much) of the text. method : what did it.
+    """
+
+    q: Array
+    frame: str
+    constraints: ConstraintSet
+    port: Port | None
+    clouds: Sequence[Cloud]
+    rows: Rows
+    method: str
+
+
+def shown(trace: Trace, robot: Robot, port: Port | None, clouds: Sequence[Cloud]) -> Shown:
+    """What of a trace is shown, beside a port and clouds given by hand.
+
+    Raises
+    ------
+    FileError : the scene in the trace names files that are gone.
+    """
+    with TemporaryDirectory() as folder:
+        file = Path(folder) / "resolved.yaml"
+        file.write_text(trace.header["resolved_scene"], encoding="utf-8")
+        scene = load_any(file)
+    if isinstance(scene, Scene):
+        enforced = {c.name: c.enforced for c in scene.constraints}
+        rows = _margins(trace, enforced)
+        frame = scene.task.frame or robot.tip
+        return Shown(trace["q"], frame, scene.constraints, port, clouds, rows, trace.header["solver"])
+    from scenarios.hands_on.parts import build_parts
+    from scenarios.hands_on.plant import TOUCHED
+
+    axis = robot.kinematics(scene.start).rotation(scene.shaft)[:, 2]
+    anatomy = [
+        Cloud(
+            name,
+            part.cloud.world_points,
+            part.cloud.radius * TOUCHED,
+            FORBIDDEN if name in scene.forbidden else ALLOWED,
+        )
+        for name, part in build_parts(scene.anatomy, np.array(scene.port)).items()
+    ]
+    own = Port(scene.port, scene.port_radius, axis=axis)
+    method = trace.header["enforcement"]
+    return Shown(
+        trace["plant_q"], scene.shaft, ConstraintSet(), port or own, [*anatomy, *clouds], _forces(trace), method
+    )
+
+
+def _margins(trace: Trace, enforced: dict[str, bool]) -> Rows:
+    def rows(k: int) -> list[tuple[str, str]]:
+        out = []
+        for name, unit in trace.header["constraints"].items():
+            value = trace.margin(name)[k]
+            text = f"{1e3 * value:.2f} mm" if unit == "m" else f"{np.degrees(value):.2f} deg"
+            out.append((name, text + (" violated" if value < VIOLATED else "" if enforced[name] else " (watched)")))
+        return out
+
+    return rows
+
+
+def _forces(trace: Trace) -> Rows:
+    hand = np.linalg.norm(trace["hand_wrench"][:, :3], axis=1)
+    push = np.linalg.norm(trace["repulsion"][:, :3], axis=1)
+    sight = float(trace["clearance"].max())
+
+    def rows(k: int) -> list[tuple[str, str]]:
+        near = trace["clearance"][k]
+        # Farther off than the regions are looked at, no distance is known.
+        distance = f"{1e3 * near:.2f} mm" if near < sight else f"over {1e3 * sight:.0f} mm"
+        return [("clearance", distance), ("hand", f"{hand[k]:.1f} N"), ("repulsion", f"{push[k]:.1f} N")]
+
+    return rows

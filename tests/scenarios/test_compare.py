@@ -1,0 +1,84 @@
+"""Comparisons: the same hand for everybody, one row for each arm and enforcement."""
+
+import json
+
+import pytest
+from typer.testing import CliRunner
+
+from primitives.errors import InputError, UnknownNameError
+from scenarios.cli import app
+from scenarios.hands_on.compare import TREMOR, cells, prepare_comparison, run_comparison
+from scenarios.jobs import Choices
+
+SCENE = """
+name: short
+summary: "a push into a bowl"
+robot: lwr4plus
+start: [0.3490658503988659, 0.8726646259971648, 0, -1.2217304763960306, 0, 1.0471975511965976, 0]
+port: [-0.6053196198834375, -0.22031832385490333, 0]
+anatomy: {kind: bowl, radius: 0.04, at: [0, 0, -0.126], cover: {bowl: 0.0035}}
+forbidden: {bowl: {keeps_out: tip}}
+hand: {wrenches: [{t: 0.1, force: [0, 2, -10]}]}
+duration: 1.2
+"""
+
+
+@pytest.fixture
+def scene(tmp_path):
+    file = tmp_path / "short.yaml"
+    file.write_text(SCENE)
+    return str(file)
+
+
+def test_every_cell_has_the_same_seeds_and_hand(scene):
+    jobs = prepare_comparison(scene, ["admittance", "vfi"], [None], 3, Choices(seed=5))
+    assert [(j.enforcement, j.seed) for j in jobs] == [(e, s) for e in ("admittance", "vfi") for s in (5, 6, 7)]
+    assert all(j.parts is jobs[0].parts and j.scene == jobs[0].scene for j in jobs)
+    assert jobs[0].scene.hand.tremor == TREMOR
+    assert prepare_comparison(scene, ["vfi"], [None], 1, Choices())[0].scene.hand.tremor == 0.0
+
+
+def test_rows_say_the_worst_and_the_median(scene):
+    jobs = prepare_comparison(scene, ["none", "vfi"], [None], 3, Choices())
+    labels = []
+    results = run_comparison(jobs, lambda label, share: labels.append((label, share)))
+    assert len(labels) == 6 and labels[0][1] == 0.0
+    assert len({json.dumps(r["hand_work_J"]) for r in results[:3]}) == 3, "each seed is another hand"
+    rows = cells(results)
+    assert [(r["robot"], r["enforcement"], r["runs"]) for r in rows] == [
+        ("lwr4plus", "none", 3),
+        ("lwr4plus", "vfi", 3),
+    ]
+    for row, runs in zip(rows, (results[:3], results[3:]), strict=True):
+        assert row["clearance_m"] == min(r["clearance_m"]["between_samples"] for r in runs)
+        assert row["hand_work_J"] == sorted(r["hand_work_J"] for r in runs)[1]
+        assert row["passivity_excess_J"] == max(r["passivity_excess_J"] for r in runs)
+    assert rows[0]["entered"] == 3 and rows[1]["entered"] == 0
+    again = run_comparison(prepare_comparison(scene, ["none", "vfi"], [None], 3, Choices()))
+    assert [r["hand_work_J"] for r in again] == [r["hand_work_J"] for r in results]
+
+
+@pytest.mark.parametrize(
+    ("arguments", "error", "words"),
+    [
+        ({"name": "S5"}, InputError, "follows a trajectory"),
+        ({"enforcements": ["vfi", "vfi"]}, InputError, "expected different names, got vfi, vfi"),
+        ({"enforcements": ["wall"]}, UnknownNameError, "admittance, both, none, vfi"),
+        ({"robots": ["neuro8"]}, InputError, 'no variant for robot "neuro8"'),
+        ({"seeds": 0}, InputError, "expected at least 1, got 0"),
+    ],
+)
+def test_what_cannot_be_compared(scene, arguments, error, words):
+    given = {"name": scene, "enforcements": ["vfi"], "robots": [None], "seeds": 1, "choices": Choices()} | arguments
+    with pytest.raises(error, match=words):
+        prepare_comparison(**given)
+
+
+def test_on_the_command_line(scene):
+    table = CliRunner().invoke(app, ["compare", scene, "--enforcement", "admittance,vfi"])
+    assert table.exit_code == 0 and "clearance" in table.stdout and "vfi" in table.stdout
+    printed = CliRunner().invoke(app, ["compare", scene, "--enforcement", "vfi", "--seeds", "2", "--json"])
+    runs = json.loads(printed.stdout)
+    assert [(r["enforcement"], r["seed"], r["robot"]) for r in runs] == [("vfi", 0, "lwr4plus"), ("vfi", 1, "lwr4plus")]
+    refused = CliRunner().invoke(app, ["compare", "S5"])
+    assert refused.exit_code == 2
