@@ -3,9 +3,9 @@
 from collections.abc import Sequence
 from typing import Any
 
-from rich.box import SIMPLE_HEAD
 from rich.console import Console
-from rich.table import Table
+
+from scenarios.plain_table import plain_table
 
 COLUMNS = ("port", "guided", "clearance", "between", "excess", "work", "contact", "force", "time")
 
@@ -13,19 +13,14 @@ COLUMNS = ("port", "guided", "clearance", "between", "excess", "work", "contact"
 def print_hands_on(results: Sequence[dict[str, Any]], console: Console, shown: int) -> None:
     """Print one row a run, and the first changes of state below."""
     first = results[0]
-    table = Table(
+    table = plain_table(
         title=f"hands-on: {first['enforcement']}, {first['integrator']}, T = {first['period_s'] * 1e3:g} ms",
-        title_justify="left",
         caption=(
             "port: largest distance of the shaft from the port, mm; guided: that of the reference in guided motion, "
             "um; clearance: smallest, at and between cycles, mm, x where the region was entered; excess: of passivity, "
             "J; work: of the hand, J; contact: share of cycles with repulsion, s where the tool slipped off; force: "
             "largest of the hand, N; time: median of a cycle, us"
         ),
-        caption_justify="left",
-        box=SIMPLE_HEAD,
-        padding=(0, 1, 0, 0),
-        pad_edge=False,
     )
     table.add_column("scene", no_wrap=True)
     for column in COLUMNS:
@@ -40,19 +35,14 @@ def print_hands_on(results: Sequence[dict[str, Any]], console: Console, shown: i
 
 def print_comparison(scene: str, rows: Sequence[dict[str, Any]], console: Console) -> None:
     """Print one row for each arm and enforcement."""
-    table = Table(
+    table = plain_table(
         title=f"{scene}: {rows[0]['runs']} run{'s' if rows[0]['runs'] > 1 else ''} each",
-        title_justify="left",
         caption=(
             "clearance: smallest of all runs, also between cycles, mm; entered, slipped: runs that did; port: largest "
             "distance of the shaft from the port, mm; excess: largest of passivity, J; medians: work of the hand, J, "
             "mean and largest force, N, way of the shaft's end, mm, share of cycles with repulsion. Where runs "
             "slipped, effort is not comparable."
         ),
-        caption_justify="left",
-        box=SIMPLE_HEAD,
-        padding=(0, 1, 0, 0),
-        pad_edge=False,
     )
     for column in ("robot", "enforcement"):
         table.add_column(column, no_wrap=True)

@@ -4,12 +4,11 @@ from collections.abc import Sequence
 from pathlib import Path
 from typing import Any
 
-from rich.box import SIMPLE_HEAD
 from rich.console import Console
-from rich.table import Table
 
 from scenarios.analysis.trace import labels
 from scenarios.hands_on_table import print_hands_on
+from scenarios.plain_table import plain_table
 
 PIPED_WIDTH = 120
 """Columns of the table where nobody sits at a terminal: nothing is cut off in a file."""
@@ -50,14 +49,9 @@ def _print_margins(results: Sequence[dict[str, Any]], console: Console) -> None:
         "error: largest |vec8(x - x_d)|; acc.: rms of the joints' acceleration over the last 2 s; "
         "time: median of a cycle, us"
     )
-    table = Table(
+    table = plain_table(
         title=title,
-        title_justify="left",
         caption=caption,
-        caption_justify="left",
-        box=SIMPLE_HEAD,
-        padding=(0, 1, 0, 0),
-        pad_edge=False,
     )
     table.add_column("scene", no_wrap=True)
     for name in names:
