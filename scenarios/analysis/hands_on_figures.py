@@ -14,7 +14,7 @@ from mpl_toolkits.mplot3d.axes3d import Axes3D  # type: ignore[import-untyped]
 
 from primitives.checks import Array
 from scenarios.analysis.figures import COLOURS, save, thin
-from scenarios.analysis.hands_on_metrics import clearance, port_offset, shaft_lines
+from scenarios.analysis.hands_on_metrics import clearance_of, port_offset, shaft_lines
 from scenarios.analysis.trace import Trace
 from scenarios.hands_on.parts import Part
 from scenarios.hands_on.scene import HandsOnScene
@@ -69,6 +69,21 @@ def _curve(axes: Axes, t: Array, values: Array, label: str, colour: str) -> None
     axes.plot(t[keep], values[keep], label=label, color=colour, linewidth=1.2)
 
 
+def _distances(axes: Axes, trace: Trace, scene: HandsOnScene, clearances: Mapping[str, Array]) -> None:
+    """The tool's distance from the points of each part, what of it must not be reached, and where repulsion begins."""
+    if not clearances:
+        axes.text(0.5, 0.5, "nothing is forbidden", ha="center", va="center", transform=axes.transAxes)
+        return
+    farthest, reach = 0.0, 0.0
+    for i, (part, at) in enumerate(clearances.items()):
+        safe, colour = float(trace.header["regions"][part]["radius"]), COLOURS[i]
+        _curve(axes, trace.t, (at + safe) * 1e3, f"from the points of {part}", colour)
+        axes.axhline(safe * 1e3, color=colour, linewidth=1.0, linestyle="--", label=f"not to be reached, {part}")
+        farthest, reach = max(farthest, float(at.max() + safe)), max(reach, safe + scene.parameters.d_0)
+    axes.axhline(reach * 1e3, color="#888888", linewidth=0.8, label="range of repulsion")
+    axes.set_ylim(0.0, min(max(farthest, 1.1 * reach), 6.0 * reach) * 1e3)
+
+
 def over_time(trace: Trace, scene: HandsOnScene, parts: Mapping[str, Part]) -> Figure:
     """Port error, distance from the region, repulsion along the tool and torque about the port, hand's wrench."""
     ends, axes_z = shaft_lines(scene, scene.build_robot(), trace)
@@ -77,14 +92,7 @@ def over_time(trace: Trace, scene: HandsOnScene, parts: Mapping[str, Part]) -> F
     panels = figure.subplots(4, 1, sharex=True)
     _curve(panels[0], t, port_offset(port, ends, axes_z) * 1e3, "of the plant", COLOURS[5])
     panels[0].set_ylabel("port to axis [mm]")
-    at = clearance(scene, parts, ends, axes_z)
-    if np.isfinite(at).any():
-        safe = max(float(r["radius"]) for r in trace.header["regions"].values())
-        _curve(panels[1], t, (at + safe) * 1e3, "distance from the points", COLOURS[0])
-        panels[1].axhline(safe * 1e3, color=COLOURS[4], linewidth=1.0, label="must not be reached")
-        reach = safe + scene.parameters.d_0
-        panels[1].axhline(reach * 1e3, color="#888888", linewidth=0.8, label="range of repulsion")
-        panels[1].set_ylim(0.0, min(float(at.max() + safe), 6.0 * reach) * 1e3)
+    _distances(panels[1], trace, scene, {p: clearance_of(scene, p, parts, ends, axes_z) for p in scene.forbidden})
     panels[1].set_ylabel("tool to points [mm]")
     along, torque = trace["free_repulsion"][:, 0], trace["free_repulsion"][:, 1:4]
     _curve(panels[2], t, along, "force along the tool [N]", COLOURS[0])
@@ -95,7 +103,7 @@ def over_time(trace: Trace, scene: HandsOnScene, parts: Mapping[str, Part]) -> F
         _curve(panels[3], t, trace["hand_wrench"][:, i], f"force, {name} [N]", COLOURS[i + 4])
     panels[3].set_ylabel("hand [N]")
     panels[3].set_xlabel("time [s]")
-    for axes in panels[1:]:
+    for axes in panels[1:] if scene.forbidden else panels[2:]:
         axes.legend(loc="upper left", fontsize=8, ncols=2, framealpha=0.8)
     return figure
 

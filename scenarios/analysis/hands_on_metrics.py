@@ -46,17 +46,23 @@ def port_offset(port: Array, ends: Array, axes: Array) -> Array:
     return out
 
 
+def clearance_of(scene: HandsOnScene, part: str, parts: Mapping[str, Part], ends: Array, axes: Array) -> Array:
+    """(k,) distance of the tool's surface from the spheres of a forbidden part, metres."""
+    forbidden, cloud = scene.forbidden[part], parts[part].cloud
+    if forbidden.keeps_out == "tip":
+        found = cloud.distance(ends)
+    else:
+        starts = ends - scene.parameters.shaft_length * axes
+        found = np.array([cloud.segment_distance(a, b) for a, b in zip(ends, starts, strict=True)])
+    out: Array = found - forbidden.tool_radius
+    return out
+
+
 def clearance(scene: HandsOnScene, parts: Mapping[str, Part], ends: Array, axes: Array) -> Array:
     """(k,) smallest distance of the tool's surface from the spheres of any region, metres; inf without regions."""
     out = np.full(len(ends), np.inf)
-    for name, forbidden in scene.forbidden.items():
-        cloud = parts[name].cloud
-        if forbidden.keeps_out == "tip":
-            found = cloud.distance(ends)
-        else:
-            starts = ends - scene.parameters.shaft_length * axes
-            found = np.array([cloud.segment_distance(a, b) for a, b in zip(ends, starts, strict=True)])
-        out = np.minimum(out, found - forbidden.tool_radius)
+    for part in scene.forbidden:
+        out = np.minimum(out, clearance_of(scene, part, parts, ends, axes))
     return out
 
 

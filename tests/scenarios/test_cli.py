@@ -2,10 +2,15 @@
 
 import json
 
+import numpy as np
 import pytest
 from typer.testing import CliRunner
 
+from scenarios.analysis.trace import Trace
+from scenarios.anatomy import Ellipsoid
 from scenarios.cli import app
+from scenarios.hands_on.scene_file import dump_hands_on
+from scenarios.scene_file import load_any
 
 
 def vfi(*arguments):
@@ -51,6 +56,112 @@ def test_json_is_a_list_with_the_promised_keys():
         assert r["seed"] == 7
     assert results[0]["violated"] == ["C1", "C2", "C3", "C4"]
     assert results[1]["violated"] == []
+
+
+HANDS_ON_KEYS = {
+    "scene",
+    "robot",
+    "plant",
+    "enforcement",
+    "integrator",
+    "form",
+    "period_s",
+    "cycles",
+    "port_error_m",
+    "clearance_m",
+    "passivity_excess_J",
+    "hand_work_J",
+    "contact_fraction",
+    "slipped",
+    "max_force_N",
+    "seed",
+    "versions",
+}
+
+
+@pytest.fixture
+def brief_scene(tmp_path):
+    """A tenth of a second of a hands-on scene, as a file."""
+    scene = load_any("hands-on-tip").with_changes(name="brief", duration=0.1)
+    file = tmp_path / "brief.yaml"
+    file.write_text(dump_hands_on(scene), encoding="utf-8")
+    return file
+
+
+@pytest.mark.parametrize("robot", ["lwr4plus", "neuro8"])
+def test_json_of_hands_on_runs_has_the_promised_keys(robot):
+    done = vfi("run", "bowl-tip", "hands-on-tool", "--robot", robot, "--seed", "7", "--json")
+    assert done.exit_code == 0, done.output
+    results = json.loads(done.stdout)
+    assert [(r["scene"], r["robot"], r["plant"]) for r in results] == [
+        ("bowl-tip", robot, "kinematic"),
+        ("hands-on-tool", robot, "kinematic"),
+    ]
+    for r in results:
+        assert r.keys() >= HANDS_ON_KEYS
+        assert set(r["port_error_m"]) == {"max", "rms"}
+        assert set(r["clearance_m"]) == {"at_samples", "between_samples"}
+        assert r["slipped"] in (True, False)
+        assert r["seed"] == 7
+    assert results[0]["contact_fraction"] > 0.5
+
+
+def test_options_of_hands_on_scenes_reach_the_run(brief_scene):
+    plain = ("run", brief_scene, "--json")
+    chosen = (*plain, "--plant", "mujoco", "--integrator", "rk4", "--form", "full", "--period", "0.002")
+    (usual,), (other,) = (json.loads(vfi(*arguments).stdout) for arguments in (plain, chosen))
+    named = ("plant", "integrator", "form", "period_s", "cycles")
+    assert [usual[k] for k in named] == ["kinematic", "semi-implicit", "reduced", 0.004, 25]
+    assert [other[k] for k in named] == ["mujoco", "rk4", "full", 0.002, 50]
+    assert set(other["contact_force_N"]) == {"port", "organ", "vessels"}
+
+
+def test_files_of_anatomy_take_the_place_of_the_scenes(brief_scene, tmp_path):
+    """An ellipsoid and a ball in millimetres, written as OBJ; and points with gaps, which are filled on request."""
+    for name, axes, middle in (("organ", (0.03, 0.05, 0.02), (0, 0, 0)), ("vessels", (0.02,) * 3, (0.04, 0.0, 0.02))):
+        surface = Ellipsoid(np.array(axes)).surface(0.004)
+        vertices = 1e3 * (surface.vertices + middle)
+        lines = [f"v {x:.9f} {y:.9f} {z:.9f}" for x, y, z in vertices]
+        cloud = "\n".join(lines[::7])
+        lines += [f"f {a} {b} {c}" for a, b, c in surface.faces + 1]
+        (tmp_path / f"{name}.obj").write_text("\n".join(lines) + "\n")
+        (tmp_path / f"{name}-points.obj").write_text(f"{cloud}\n")
+    organ, vessels, points = (tmp_path / f"{n}.obj" for n in ("organ", "vessels", "vessels-points"))
+    files = ("run", brief_scene, "--organ", organ, "--vessels", vessels)
+    done = vfi(*files, "--unit", "mm", "--out", tmp_path / "out")
+    assert done.exit_code == 0, done.output
+    (header,) = (Trace.load(file).header for file in (tmp_path / "out").glob("*.mcap"))
+    assert f"vessels: {vessels}" in header["resolved_scene"]
+    text = refused(*files)
+    assert "organ.obj" in text and "mm" in text
+    gaps = ("run", brief_scene, "--organ", organ, "--vessels", points, "--unit", "mm")
+    assert "--fill-gaps" in refused(*gaps)
+    assert vfi(*gaps, "--fill-gaps").exit_code == 0
+
+
+def test_out_of_hands_on_runs_holds_trace_summary_and_figures(brief_scene, tmp_path):
+    out = tmp_path / "out"
+    done = vfi("run", brief_scene, "S5", "--period", "0.008", "--out", out)
+    assert done.exit_code == 0, done.output
+    stem = "brief-lwr4plus-kinematic"
+    names = {p.name for p in out.iterdir()}
+    panels = ("figure7-traces", "figure7-time", "figure8-port", "figure9-damping")
+    hands_on = {f"{stem}-{f}.{s}" for f in panels for s in ("png", "svg")}
+    followed = {f"{f}.{s}" for f in ("figure3-margins", "figure4-error", "figure5-tip") for s in ("png", "svg")}
+    assert names == {f"{stem}.mcap", "S5.mcap", "summary.json", *hands_on, *followed}
+    assert [r["scene"] for r in json.loads((out / "summary.json").read_text())] == ["brief", "S5"]
+    for words in ("hands-on: admittance, semi-implicit, T = 8 ms", "smallest margins in mm", str(out / f"{stem}.mcap")):
+        assert words in done.stdout.replace("\n", " ")
+
+
+def test_table_of_hands_on_runs_says_in_mm_what_the_json_says_in_m(brief_scene):
+    (r,) = json.loads(vfi("run", brief_scene, "--json").stdout)
+    row = next(line for line in vfi("run", brief_scene).stdout.splitlines() if "brief lwr4plus" in line)
+    cells = row.split()
+    assert cells[:3] == ["brief", "lwr4plus", "kinematic"]
+    assert f"{1e3 * r['port_error_m']['max']:.3g}" in cells
+    assert f"{1e3 * r['clearance_m']['between_samples']:.3f}" in cells
+    assert f"{r['max_force_N']:.1f}" in cells
 
 
 def test_table_marks_what_is_violated():
@@ -117,6 +228,28 @@ def test_cite_and_version():
         (("run", "S5", "--robot", "lwr4plus"), ("lwr4plus", "cannot run", "moving/shaft")),
         (("run", "S5", "--robot", "lwr4"), ("Did you mean", "lwr4plus")),
         (("run", "S5", "S5"), ("twice",)),
+        (("run", "bowl-tip", "--plant", "mujoko"), ("mujoko", "kinematic")),
+        (("run", "bowl-tip", "--integrator", "rk5"), ("Did you mean", '"rk4"')),
+        (("run", "bowl-tip", "--form", "printd"), ("Did you mean", '"printed"')),
+        (("run", "bowl-tip", "--enforcement", "qp"), ('"qp"', "vfi")),
+        (("run", "bowl-tip", "--enforcement", "vfi", "--integrator", "rk4"), ("semi-implicit", "rk4")),
+        (("run", "bowl-tip", "--form", "full", "--integrator", "robust"), ("robust", "reduced")),
+        (("run", "bowl-tip", "--robot", "neuro8-pair"), ("no variant", '"neuro8-pair"', "lwr4plus")),
+        (("run", "bowl-tip", "--robot", "neuro"), ("Did you mean", "neuro8")),
+        (("run", "bowl-tip", "--period", "0"), ("period", "> 0")),
+        (("run", "bowl-tip", "--seed", "-1"), ("greater than or equal to 0",)),
+        (("run", "hands-on-tip", "--unit", "mm"), ("--unit", "--organ or --vessels")),
+        (("run", "hands-on-tip", "--fill-gaps"), ("--fill-gaps", "--organ or --vessels")),
+        (("run", "hands-on-tip", "--organ", "no.ply"), ("vessels", "--vessels too")),
+        (("run", "hands-on-tip", "--vessels", "no.ply"), ("no.ply",)),
+        (("run", "hands-on-tip", "--vessels", "no.txt"), ("no.txt",)),
+        (("run", "hands-on-tip", "--vessels", "no.ply", "--unit", "inch"), ('"inch"', "mm")),
+        (("run", "bowl-tip", "--vessels", "no.ply"), ("bowl", "organ and vessels only")),
+        (("run", "bowl-tip", "--solver", "lp"), ("--solver", "follow a trajectory")),
+        (("run", "bowl-tip", "--guard", "off"), ("--guard", "follow a trajectory")),
+        (("run", "S5", "--plant", "mujoco"), ("--plant", "led by a hand")),
+        (("run", "S5", "--integrator", "rk4"), ("--integrator", "led by a hand")),
+        (("run", "S5", "--vessels", "no.ply"), ("--vessels", "led by a hand")),
         (("run",), ("scenes",)),
         (("play", "S5"), ("play",)),
     ],
