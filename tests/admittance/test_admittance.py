@@ -237,10 +237,18 @@ def test_step_never_raises_nor_commands_what_is_not_finite():
 def test_accept_without_a_proposal_or_of_nonsense_stands_still():
     a = paper()
     assert a.accept(np.zeros(5)).state == State.FAULT
-    for nonsense in (np.full(5, np.nan), np.zeros(4), "fast", None):
+    for nonsense in (np.full(5, np.nan), np.zeros(4), "fast"):
         a.propose(0.004 * (a.cycles + 1), np.zeros(6))
         m = a.accept(nonsense)
         assert m.state == State.FAULT and not m.qdot.any()
+
+
+def test_accept_of_no_velocity_holds_and_says_so():
+    a = paper()
+    a.propose(0.004, np.array([0.0, 0.0, -5.0, 0.0, 0.0, 0.0]))
+    m = a.accept(None)
+    assert m.state == State.HOLD and not m.qdot.any() and "no velocity keeps all" in m.reason
+    assert a.step(0.008, np.zeros(6)).state == State.RUN
 
 
 def test_a_start_inside_is_refused_with_index_and_depth():
