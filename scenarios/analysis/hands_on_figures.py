@@ -21,11 +21,12 @@ from scenarios.hands_on.scene import HandsOnScene
 
 SHOWN_TRACES = 40
 """Traces of the tool that are drawn in space."""
-ABOVE = 0.02
-"""Length of the tool that is drawn above the port, metres."""
+ABOVE = 0.15
+"""Length of the tool that is drawn above the port, as a share of that below."""
 SHOWN_POINTS = 4000
 """Points of a part that are drawn at most."""
-PART_COLOURS = {"vessels": "#B5332A", "organ": "#7FA66B", "bowl": "#B5332A"}
+FORBIDDEN, ALLOWED = ("#B5332A", "#E08E79"), "#7FA66B"
+"""Colours of the parts: the first that is forbidden, the others that are, and those that may be touched."""
 
 
 def traces_in_space(trace: Trace, scene: HandsOnScene, parts: Mapping[str, Part]) -> Figure:
@@ -36,17 +37,18 @@ def traces_in_space(trace: Trace, scene: HandsOnScene, parts: Mapping[str, Part]
     space = figure.add_subplot(projection="3d")
     assert isinstance(space, Axes3D)
     shown = [np.zeros((1, 3))]
-    for i, (name, part) in enumerate(parts.items()):
+    reds = dict(zip(scene.forbidden, (FORBIDDEN[0], *[FORBIDDEN[1]] * len(parts)), strict=False))
+    for name, part in parts.items():
         points = (part.cloud.world_points - port) * 1e3
         points = points[:: max(1, len(points) // SHOWN_POINTS)]
         shown.append(points)
-        colour = PART_COLOURS.get(name, COLOURS[(i + 3) % len(COLOURS)])
         label = f"{name} (forbidden)" if name in scene.forbidden else name
-        space.scatter(*points.T, s=7, color=colour, alpha=0.6, linewidths=0, label=label)
+        space.scatter(*points.T, s=7, color=reds.get(name, ALLOWED), alpha=0.6, linewidths=0, label=label)
     keep = np.unique(np.linspace(0, len(ends) - 1, SHOWN_TRACES).astype(int))
     for share, k in zip(np.linspace(0.0, 1.0, len(keep)), keep, strict=True):
-        above = np.linalg.norm(ends[k] - port) + ABOVE
+        above = (1.0 + ABOVE) * np.linalg.norm(ends[k] - port)
         line = np.array([ends[k], ends[k] - min(above, length) * axes_z[k]]) - port
+        shown.append(line * 1e3)
         space.plot(*(line.T * 1e3), color=(0.1, 0.25 + 0.4 * share, 0.75), linewidth=0.8, alpha=0.7)
     path = (ends[thin(ends[:, 2])] - port) * 1e3
     shown.append(path)
@@ -58,6 +60,8 @@ def traces_in_space(trace: Trace, scene: HandsOnScene, parts: Mapping[str, Part]
     for name, centre, h in zip("xyz", 0.5 * (low + high), half, strict=True):
         getattr(space, f"set_{name}lim")(centre - 1.05 * h, centre + 1.05 * h)
         getattr(space, f"set_{name}label")(f"{name} from the port [mm]", labelpad=10)
+    space.zaxis.set_tick_params(pad=10)
+    space.zaxis.labelpad = 20
     space.set_box_aspect(tuple(half), zoom=0.8)
     space.view_init(elev=16, azim=-60)
     figure.legend(loc="outside upper center", ncols=4, frameon=False, markerscale=2.5)
@@ -77,11 +81,11 @@ def _distances(axes: Axes, trace: Trace, scene: HandsOnScene, clearances: Mappin
     farthest, reach = 0.0, 0.0
     for i, (part, at) in enumerate(clearances.items()):
         safe, colour = float(trace.header["regions"][part]["radius"]), COLOURS[i]
-        _curve(axes, trace.t, (at + safe) * 1e3, f"from the points of {part}", colour)
-        axes.axhline(safe * 1e3, color=colour, linewidth=1.0, linestyle="--", label=f"not to be reached, {part}")
+        _curve(axes, trace.t, (at + safe) * 1e3, f"to {part}", colour)
+        axes.axhline(safe * 1e3, color=colour, linewidth=1.0, linestyle="--", label=f"limit of {part}")
         farthest, reach = max(farthest, float(at.max() + safe)), max(reach, safe + scene.parameters.d_0)
-    axes.axhline(reach * 1e3, color="#888888", linewidth=0.8, label="range of repulsion")
-    axes.set_ylim(0.0, min(max(farthest, 1.1 * reach), 6.0 * reach) * 1e3)
+    axes.axhline(reach * 1e3, color="#888888", linewidth=0.8, label="repulsion begins")
+    axes.set_ylim(0.0, min(1.05 * max(farthest, reach), 6.0 * reach) * 1e3)
 
 
 def over_time(trace: Trace, scene: HandsOnScene, parts: Mapping[str, Part]) -> Figure:
@@ -90,21 +94,21 @@ def over_time(trace: Trace, scene: HandsOnScene, parts: Mapping[str, Part]) -> F
     t, port = trace.t, np.array(scene.port)
     figure = Figure(figsize=(9.0, 10.0), layout="constrained")
     panels = figure.subplots(4, 1, sharex=True)
-    _curve(panels[0], t, port_offset(port, ends, axes_z) * 1e3, "of the plant", COLOURS[5])
-    panels[0].set_ylabel("port to axis [mm]")
+    _curve(panels[0], t, port_offset(port, ends, axes_z) * 1e6, "of the plant", COLOURS[5])
+    panels[0].set_ylabel("port to axis [um]")
     _distances(panels[1], trace, scene, {p: clearance_of(scene, p, parts, ends, axes_z) for p in scene.forbidden})
     panels[1].set_ylabel("tool to points [mm]")
     along, torque = trace["free_repulsion"][:, 0], trace["free_repulsion"][:, 1:4]
     _curve(panels[2], t, along, "force along the tool [N]", COLOURS[0])
-    for i, name in enumerate("xyz"):
-        _curve(panels[2], t, torque[:, i], f"torque about the port, {name} [Nm]", COLOURS[i + 4])
+    for i, label in enumerate(("torque about the port, x [Nm]", "y [Nm]", "z [Nm]")):
+        _curve(panels[2], t, torque[:, i], label, COLOURS[i + 4])
     panels[2].set_ylabel("repulsion [N, Nm]")
     for i, name in enumerate("xyz"):
         _curve(panels[3], t, trace["hand_wrench"][:, i], f"force, {name} [N]", COLOURS[i + 4])
     panels[3].set_ylabel("hand [N]")
     panels[3].set_xlabel("time [s]")
     for axes in panels[1:] if scene.forbidden else panels[2:]:
-        axes.legend(loc="upper left", fontsize=8, ncols=2, framealpha=0.8)
+        axes.legend(loc="lower left", bbox_to_anchor=(0.0, 1.0), fontsize=8, ncols=5, frameon=False, borderaxespad=0.1)
     return figure
 
 

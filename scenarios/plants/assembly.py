@@ -74,6 +74,27 @@ def assemble(
     return spec.compile()
 
 
+def named(model: Any, kind: mujoco.mjtObj, name: str) -> int:
+    """The index of what has a name in a `mujoco.MjModel`; raises ModelError."""
+    index = int(mujoco.mj_name2id(model, kind, name))
+    if index < 0:
+        raise ModelError(f'the MJCF has no {kind.name.removeprefix("mjOBJ_").lower()} "{name}"; add it')
+    return index
+
+
+def bodies_beyond(model: Any, frame: str) -> list[int]:
+    """Bodies that hang on joints beyond a frame, which is a body's name; raises ModelError where there is none."""
+    last = named(model, mujoco.mjtObj.mjOBJ_BODY, frame)
+    while model.body_jntnum[last] == 0:
+        last = int(model.body_parentid[last])
+    beyond: set[int] = set()
+    for body in range(last + 1, model.nbody):
+        parent = int(model.body_parentid[body])
+        if parent in beyond or (parent == last and model.body_jntnum[body] > 0):
+            beyond.add(body)
+    return sorted(beyond)
+
+
 def _read(path: Path) -> Any:
     try:
         return mujoco.MjSpec.from_file(str(path))

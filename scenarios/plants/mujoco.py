@@ -11,7 +11,7 @@ from numpy.typing import ArrayLike
 from primitives.checks import Array, array, known, number
 from primitives.errors import InputError, ModelError
 from scenarios.plants import PlantError, VelocityCommand
-from scenarios.plants.assembly import assemble
+from scenarios.plants.assembly import assemble, bodies_beyond, named
 from scenarios.plants.obstacles import PORT, Cloud, Port
 from scenarios.plants.wrench_sensor import WrenchSensor
 from scenarios.robots import RobotEntry
@@ -99,17 +99,18 @@ class MujocoPlant:
         self._seed = seed
         self.model = assemble(entry, robot, port=port, clouds=clouds, physics_step=self._period / self._substeps)
         if tool_end is not None:
-            _let_through(self.model, tool_end)
+            # What hangs on joints beyond the tool's end goes through everything.
+            self.model.geom_contype[np.isin(self.model.geom_bodyid, bodies_beyond(self.model, tool_end))] = 0
         self.data = mujoco.MjData(self.model)
         prefix = _prefix(entry, arm)
         self._sensor = WrenchSensor(self.model, prefix)
         self._handle = _handle(self.model, prefix + "handle")
-        places = [_named(self.model, mujoco.mjtObj.mjOBJ_JOINT, joint) for joint in robot.joints]
+        places = [named(self.model, mujoco.mjtObj.mjOBJ_JOINT, joint) for joint in robot.joints]
         self._q, self._v = self.model.jnt_qposadr[places].copy(), self.model.jnt_dofadr[places].copy()
         self._servos = np.array([_servo(self.model, joint) for joint in places])
         self._lead = -self.model.actuator_biasprm[self._servos, 2] / self.model.actuator_gainprm[self._servos, 0]
         names = [*([PORT] if port is not None else []), *(cloud.name for cloud in clouds)]
-        self._obstacles = {_named(self.model, mujoco.mjtObj.mjOBJ_BODY, name): name for name in names}
+        self._obstacles = {named(self.model, mujoco.mjtObj.mjOBJ_BODY, name): name for name in names}
         self.reset()
 
     def reset(self) -> Measurement:
@@ -257,29 +258,9 @@ def _prefix(entry: RobotEntry, arm: str | None) -> str:
     return f"{chosen}/" if chosen else ""
 
 
-def _let_through(model: Any, tool_end: str) -> None:
-    """Switch off the contacts of all bodies that hang on joints beyond a frame."""
-    last = _named(model, mujoco.mjtObj.mjOBJ_BODY, tool_end)
-    while model.body_jntnum[last] == 0:
-        last = int(model.body_parentid[last])
-    beyond: set[int] = set()
-    for body in range(last + 1, model.nbody):
-        parent = int(model.body_parentid[body])
-        if parent in beyond or (parent == last and model.body_jntnum[body] > 0):
-            beyond.add(body)
-    model.geom_contype[np.isin(model.geom_bodyid, sorted(beyond))] = 0
-
-
-def _named(model: Any, kind: mujoco.mjtObj, name: str) -> int:
-    index = int(mujoco.mj_name2id(model, kind, name))
-    if index < 0:
-        raise ModelError(f'the MJCF has no {kind.name.removeprefix("mjOBJ_").lower()} "{name}"; add it')
-    return index
-
-
 def _handle(model: Any, name: str) -> int:
     """The body of that name; MuJoCo applies a force at a body's centre of mass, which has to be its origin here."""
-    body = _named(model, mujoco.mjtObj.mjOBJ_BODY, name)
+    body = named(model, mujoco.mjtObj.mjOBJ_BODY, name)
     if model.body_ipos[body].any():
         raise ModelError(f'body "{name}" of the MJCF: expected its centre of mass at its origin, give it an <inertial>')
     return body

@@ -16,6 +16,7 @@ from primitives.kinematics import snapshot, world_first
 from primitives.robot import Robot
 from scenarios.analysis.metrics import VIOLATED as LEAST_MARGIN
 from scenarios.analysis.trace import Trace
+from scenarios.plants.assembly import bodies_beyond
 from scenarios.plants.obstacles import Cloud, Port
 from scenarios.robots import RobotEntry, robots
 from scenarios.view.shown import shown
@@ -50,6 +51,8 @@ PATH_PIECES, SHORTEST = 400, 0.01
 less than a pixel leaves a gap."""
 PATH_PIXELS, REFERENCE_PIXELS = 5.0, 2.0
 PATH_COLOUR, REFERENCE_COLOUR = (1.0, 0.55, 0.05, 1.0), (0.3, 0.35, 0.45, 1.0)
+FAINT = 0.2
+"""Opacity of what hangs beyond the end of a hands-on tool: forces and regions do not know of it."""
 GLOW = 0.6
 """Share of a path's colour that no light is needed for."""
 
@@ -102,6 +105,9 @@ class Film:
             clouds=clouds,
             size=size,
         )
+        if what.tool_end is not None:
+            beyond = np.isin(self.model.geom_bodyid, bodies_beyond(self.model, what.tool_end))
+            self.model.geom_rgba[beyond, 3] = FAINT
         self._data = mujoco.MjData(self.model)
         self._places = [int(self.model.joint(joint).qposadr[0]) for joint in robot.joints]
         self._camera, self._options = mujoco.MjvCamera(), mujoco.MjvOption()

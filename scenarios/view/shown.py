@@ -28,12 +28,14 @@ class Shown(NamedTuple):
     Attributes
     ----------
     q : (cycles, n) joints to show. frame : whose path is drawn.
+    tool_end : frame beyond which the arm is no part of the run, or None; that is drawn faintly.
     constraints : whose fixed elements are drawn. port, clouds : the anatomy.
     rows : from a cycle to (what, how much) of the text. method : what did it.
     """
 
     q: Array
     frame: str
+    tool_end: str | None
     constraints: ConstraintSet
     port: Port | None
     clouds: Sequence[Cloud]
@@ -56,7 +58,7 @@ def shown(trace: Trace, robot: Robot, port: Port | None, clouds: Sequence[Cloud]
         enforced = {c.name: c.enforced for c in scene.constraints}
         rows = _margins(trace, enforced)
         frame = scene.task.frame or robot.tip
-        return Shown(trace["q"], frame, scene.constraints, port, clouds, rows, trace.header["solver"])
+        return Shown(trace["q"], frame, None, scene.constraints, port, clouds, rows, trace.header["solver"])
     from scenarios.hands_on.parts import build_parts
     from scenarios.hands_on.plant import TOUCHED
 
@@ -73,7 +75,14 @@ def shown(trace: Trace, robot: Robot, port: Port | None, clouds: Sequence[Cloud]
     own = Port(scene.port, scene.port_radius, axis=axis)
     method = trace.header["enforcement"]
     return Shown(
-        trace["plant_q"], scene.shaft, ConstraintSet(), port or own, [*anatomy, *clouds], _forces(trace), method
+        trace["plant_q"],
+        scene.shaft,
+        scene.shaft,
+        ConstraintSet(),
+        port or own,
+        [*anatomy, *clouds],
+        _forces(trace),
+        method,
     )
 
 

@@ -47,18 +47,18 @@ def test_the_curves_over_time_are_those_of_the_trace(name, robot):
     offset, distance, repulsion, hand = figure.axes
     assert panels_with_data(figure) == [True] * 4
     ends, axes = shaft_lines(scene, scene.build_robot(), trace)
-    assert_drawn(offset.lines[0], trace.t, 1e3 * port_offset(np.array(scene.port), ends, axes))
+    assert_drawn(offset.lines[0], trace.t, 1e6 * port_offset(np.array(scene.port), ends, axes))
     for part, forbidden in scene.forbidden.items():
         safe = parts[part].cloud.radius + forbidden.tool_radius
         alone = scene.with_changes(forbidden={part: forbidden})
         from_points = 1e3 * (clearance(alone, parts, ends, axes) + safe)
-        assert_drawn(curve(distance, f"from the points of {part}"), trace.t, from_points)
-        assert curve(distance, f"not to be reached, {part}").get_ydata()[0] == pytest.approx(1e3 * safe)
-    reach = curve(distance, "range of repulsion").get_ydata()[0]
+        assert_drawn(curve(distance, f"to {part}"), trace.t, from_points)
+        assert curve(distance, f"limit of {part}").get_ydata()[0] == pytest.approx(1e3 * safe)
+    reach = curve(distance, "repulsion begins").get_ydata()[0]
     assert reach == pytest.approx(1e3 * (safe + scene.parameters.d_0))
     assert distance.get_ylim()[1] > reach, "the range is in view"
     assert_drawn(curve(repulsion, "force along the tool [N]"), trace.t, trace["free_repulsion"][:, 0])
-    assert_drawn(curve(repulsion, "torque about the port, y [Nm]"), trace.t, trace["free_repulsion"][:, 2])
+    assert_drawn(curve(repulsion, "y [Nm]"), trace.t, trace["free_repulsion"][:, 2])
     assert_drawn(curve(hand, "force, z [N]"), trace.t, trace["hand_wrench"][:, 2])
     assert np.abs(trace["free_repulsion"]).max() > 0.0
 

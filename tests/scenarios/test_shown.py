@@ -21,7 +21,7 @@ def test_hands_on_run_is_shown_with_port_and_anatomy(trace):
     scene, robot = load_any("hands-on-tip", "neuro8"), robots["neuro8"].build()
     found = shown(trace, robot, None, ())
     np.testing.assert_array_equal(found.q, trace["plant_q"])
-    assert found.frame == "shaft" and found.method == "vfi" and len(found.constraints) == 0
+    assert found.frame == found.tool_end == "shaft" and found.method == "vfi" and len(found.constraints) == 0
     assert tuple(found.port.centre) == scene.port
     assert {c.name: c.rgba for c in found.clouds} == {"organ": ALLOWED, "vessels": FORBIDDEN}
     parts = build_parts(scene.anatomy, np.array(scene.port))
@@ -43,6 +43,7 @@ def test_run_along_a_trajectory_is_shown_with_its_margins():
     scene = load_scene("S1").with_changes(duration=0.08)
     trace = run(scene)
     found = shown(trace, scene.build_robot(), None, ())
-    assert found.constraints == scene.constraints and found.port is None and found.clouds == ()
+    assert found.constraints == scene.constraints
+    assert found.tool_end is None and found.port is None and found.clouds == ()
     rows = dict(found.rows(0))
     assert list(rows) == ["C1", "C2", "C3", "C4"] and rows["C1"] == "8.00 mm (watched)"

@@ -18,10 +18,11 @@ from primitives.elements import Line, Plane, Point, Segment
 from primitives.errors import FileError, InputError, UnknownNameError
 from scenarios.analysis.trace import Trace
 from scenarios.cli import app
+from scenarios.hands_on.run import run_hands_on
 from scenarios.plants.obstacles import Cloud, Port
 from scenarios.robots import robots
 from scenarios.run import run
-from scenarios.scene_file import load_scene
+from scenarios.scene_file import load_any, load_scene
 from scenarios.view import ViewError, canvas
 from scenarios.view.canvas import BACKENDS, Canvas
 from scenarios.view.film import CAMERAS, Film
@@ -372,3 +373,68 @@ def test_help_of_the_command_loads_nothing_heavy() -> None:
     )
     done = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, cwd=ROOT, env=dict(os.environ))
     assert done.returncode == 0, done.stderr
+
+
+# Hands-on runs
+
+
+@pytest.fixture(scope="module", params=["lwr4plus", "neuro8"])
+def led(request: pytest.FixtureRequest) -> Trace:
+    """A short pull on MuJoCo, where the joints are not where the admittance wants them."""
+    scene = load_any("hands-on-tip", request.param).with_changes(duration=0.3)
+    return run_hands_on(scene, plant="mujoco")
+
+
+def test_the_plants_joints_are_replayed_and_the_path_is_that_of_the_shafts_end(led: Trace) -> None:
+    shown, shaft = film(led), led.header["shaft"]
+    robot = robots[led.header["robot"]].build()
+    assert not np.array_equal(led["plant_q"], led["q"])
+    for k in (0, len(led.records) - 1):
+        shown.scene(k)
+        end = robot.kinematics(led["plant_q"][k]).translation(shaft)
+        np.testing.assert_allclose(shown._data.body(shaft).xpos, end, rtol=0.0, atol=1e-12)
+    np.testing.assert_allclose(shown._path[-1], end, atol=1e-12)
+
+
+def test_port_and_anatomy_stand_where_the_scene_has_them(led: Trace) -> None:
+    shown = film(led)
+    shown.scene(0)
+    np.testing.assert_allclose(shown._data.body("port").xpos, led.header["port"], atol=1e-12)
+    found = {}
+    for name in ("organ", "vessels"):
+        geoms = shown.model.geom_bodyid == shown.model.body(name).id
+        assert np.count_nonzero(geoms) > 100
+        (found[name],) = {tuple(np.round(c, 6)) for c in shown.model.geom_rgba[geoms].astype(float)}
+    assert found["vessels"][0] > 2.0 * found["vessels"][1], "what is forbidden is red"
+    assert found["organ"][1] > found["organ"][0], "the rest is green"
+
+
+def test_only_what_hangs_beyond_the_shafts_end_is_faint(led: Trace) -> None:
+    shown = film(led)
+    faint = {shown.model.body(b).name for b in shown.model.geom_bodyid[shown.model.geom_rgba[:, 3] < 0.5]}
+    wrist = faint - {""}
+    if led.header["robot"] == "lwr4plus":
+        assert not wrist
+    else:
+        robot = robots["neuro8"].build()
+        moved, still = np.zeros(robot.n), robot.kinematics(np.zeros(robot.n))
+        moved[6:] = 0.3
+        turned = robot.kinematics(moved)
+        assert wrist
+        for body in wrist:
+            assert np.abs(turned.rotation(body) - still.rotation(body)).max() > 0.1
+
+
+def test_the_video_of_a_hands_on_run_by_the_command(
+    led: Trace, tmp_path: Path, needs_opengl: None, needs_imageio: Any
+) -> None:
+    scene = load_any("hands-on-tip", led.header["robot"]).with_changes(duration=0.1)
+    run_hands_on(scene, out=tmp_path / "run.mcap")
+    options = ["--fps", "10", "--width", "160", "--height", "120"]
+    done = CliRunner().invoke(app, ["video", str(tmp_path / "run.mcap"), "-o", str(tmp_path / "run.mp4"), *options])
+    assert done.exit_code == 0, done.output
+    frames = [np.asarray(frame, dtype=int) for frame in needs_imageio.get_reader(tmp_path / "run.mp4")]
+    assert len(frames) >= 1
+    picture = frames[0][:, 60:]
+    red = (picture[..., 0] > 1.5 * picture[..., 1]) & (picture[..., 0] > 1.5 * picture[..., 2])
+    assert np.count_nonzero(red) > 20, "the vessels are in the picture"
