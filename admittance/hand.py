@@ -13,6 +13,9 @@ import numpy as np
 from primitives.checks import Array, array, number
 from primitives.errors import InputError
 
+ROUNDING = 1e-9
+"""Seconds by which a sum of periods may miss a delay."""
+
 
 class Hand(Protocol):
     """What holds the handle."""
@@ -185,7 +188,7 @@ class Delay:
     def wrench(self, t: float, position: Array, velocity: Array) -> Array:
         """See `Hand`."""
         self._seen.append((t, np.array(position), np.array(velocity)))
-        while len(self._seen) > 1 and self._seen[1][0] <= t - self.seconds:
+        while len(self._seen) > 1 and self._seen[1][0] <= t - self.seconds + ROUNDING:
             self._seen.popleft()
         _, then_position, then_velocity = self._seen[0]
         return self.hand.wrench(t, then_position, then_velocity)

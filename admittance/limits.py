@@ -6,13 +6,13 @@ out and never put any in, and both leave the port constraint alone.
 
 import numpy as np
 
-from admittance.dense import inner, substitute
+from admittance.dense import inner
 from admittance.outcome import Limited
+from primitives.active_set import OPTIMAL, solve
 from primitives.checks import Array
 from primitives.compiled import compiled
+from primitives.verification import all_finite
 
-SWEEPS = 200
-"""Sweeps over the rows at most; what is left after them the final scaling takes care of."""
 ROUNDING = 1e-12
 """Excess over a bound, rad/s or m/s, that is none: where a bound leaves no room, rounding must not stop the arm."""
 
@@ -49,7 +49,8 @@ def fit_offset(offset: Array, low: Array, high: Array) -> float:
 
 _LIMIT = (
     "int64(float64[::1], float64[:,::1], float64[::1], float64[:,::1], float64[:,::1], float64[::1], float64,"
-    "float64[:,::1], float64[:,::1], float64[:,::1], float64[:,::1], float64[::1])"
+    "float64[:,::1], float64[:,::1], float64[::1], float64[::1], float64[::1], float64[::1], float64[::1],"
+    "int64[::1], int64[::1], float64[::1], float64[:,::1])"
 )
 
 
@@ -63,18 +64,26 @@ def limit_velocity(
     singular: Array,
     singular_low: float,
     metric: Array,
-    factor: Array,
-    row: Array,
-    push: Array,
-    dual: Array,
+    A: Array,
+    b: Array,
+    cost: Array,
+    given: Array,
+    unbounded: Array,
+    multiplier: Array,
+    active: np.ndarray,
+    mask: np.ndarray,
+    row_scale: Array,
+    work: Array,
 ) -> int:
     """Change a free velocity v (m,) so that qdot = Z^T v + offset keeps its bounds; returns bits of `Limited`.
 
-    First the projection, in the metric X (m, m) of the step, onto the half spaces of the position limits (row 0 of low
-    and high) and of `singular` (m,) v >= singular_low <= 0, by Hildreth's method; then v is scaled as a whole so that
-    all bounds hold, to rounding (1e-12). What comes out has v^T X (v - v_given) <= 0: it takes energy out.
+    First the projection, in the metric X (m, m) of the step, onto the position limits (row 0 of low and high) and
+    `singular` (m,) v >= singular_low <= 0; then v is scaled as a whole so that all bounds hold, to rounding (1e-12).
+    What comes out has v^T X (v - v_given) <= 0: it takes energy out. Where the projection is not found, which only
+    rounding can do as standing still is allowed, the scaling alone keeps the bounds.
 
-    factor : Cholesky factor of X. row, push : (d + 1, m) scratch; dual : (d + 1 + m,) scratch.
+    A and what follows is scratch of `primitives.active_set.solve` for 2 d + 1 rows; unbounded (2 m,) holds -inf m times
+    and inf m times.
     """
     m, d = Z.shape
     done = 0
@@ -84,43 +93,29 @@ def limit_velocity(
         for i in range(m):
             value += Z[i, j] * v[i]
         violated = violated or value < low[0, j] or value > high[0, j]
-    given = dual[d + 1 :]
-    given[:] = v
+    for i in range(m):
+        given[i] = v[i]
     if violated:
-        for j in range(d + 1):
-            for i in range(m):
-                row[j, i] = Z[i, j] if j < d else singular[i]
-                push[j, i] = row[j, i]
-            substitute(factor, push[j])
-            dual[j] = 0.0
-        for _ in range(SWEEPS):
-            change = 0.0
-            for j in range(d + 1):
-                weight = inner(row[j], push[j])
-                if not weight > 0.0:
-                    continue
-                below, above = singular_low, np.inf
-                if j < d:
-                    below, above = low[0, j] - offset[j], high[0, j] - offset[j]
-                free = inner(row[j], v) + weight * dual[j]
-                new = 0.0
-                if free > above:
-                    new = (free - above) / weight
-                elif free < below:
-                    new = (free - below) / weight
-                step = dual[j] - new
-                if step != 0.0:
-                    for i in range(m):
-                        v[i] += step * push[j, i]
-                    dual[j] = new
-                    change = max(change, abs(step) * weight)
-            if change < 1e-12:
-                break
-        if dual[d] != 0.0:
-            done |= Limited.CONDITION
         for j in range(d):
-            if dual[j] != 0.0:
-                done |= Limited.POSITION
+            b[j], b[d + j] = low[0, j] - offset[j], offset[j] - high[0, j]
+            for i in range(m):
+                A[j, i], A[d + j, i] = Z[i, j], -Z[i, j]
+        b[2 * d] = singular_low
+        for i in range(m):
+            A[2 * d, i] = singular[i]
+            cost[i] = -inner(metric[i], given)
+        active[0] = 0
+        free_low, free_high = unbounded[:m], unbounded[m:]
+        solved = solve(metric, cost, A, b, free_low, free_high, v, multiplier, active, mask, row_scale, work)
+        if solved == OPTIMAL and all_finite(v):
+            if multiplier[2 * d] > 0.0:
+                done |= Limited.CONDITION
+            for j in range(2 * d):
+                if multiplier[j] > 0.0:
+                    done |= Limited.POSITION
+        else:
+            for i in range(m):
+                v[i] = given[i]
     scale = 1.0
     for j in range(d):
         value = 0.0

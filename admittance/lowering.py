@@ -8,6 +8,7 @@ from admittance.memory import Real, Whole
 from admittance.outcome import Book, Form, Integrator, Option, Setting, Slot, Touch
 from admittance.parameters import Parameters
 from admittance.regions import Points, Region, lay_out
+from primitives.active_set import work_rows
 from primitives.checks import Array, number
 from primitives.elements import Point
 from primitives.errors import InputError
@@ -121,6 +122,7 @@ def lower(
     real[Real.PORT][:], real[Real.SENSOR][:] = port, handle.geometry[:3]
     real[Real.WEIGHT][:] = parameters.weights(len(decided))
     real[Real.INERTIA][:] = parameters.masses(len(decided) - 2)
+    real[Real.UNBOUNDED][: len(decided) - 2], real[Real.UNBOUNDED][len(decided) - 2 :] = -np.inf, np.inf
     real[Real.DAMPING][:] = [parameters.D_c, parameters.Q, parameters.M, parameters.G, parameters.C]
     real[Real.REDUNDANT][:] = parameters.redundant_damping
     limits = robot.limits
@@ -216,9 +218,14 @@ def _shapes(n: int, d: int, R: int) -> tuple[dict[Real, tuple[int, ...]], dict[W
         Real.METRIC_FACTOR: (m, m),
         Real.LOW: (2, d),
         Real.HIGH: (2, d),
-        Real.ROW: (d + 1, m),
-        Real.PUSH: (d + 1, m),
-        Real.DUAL: (d + 1 + m,),
+        Real.LIMIT_ROWS: (2 * d + 1, m),
+        Real.LIMIT_DEMAND: (2 * d + 1,),
+        Real.LIMIT_COST: (m,),
+        Real.LIMIT_GIVEN: (m,),
+        Real.UNBOUNDED: (2 * m,),
+        Real.LIMIT_MULTIPLIER: (2 * d + 1 + 2 * m,),
+        Real.LIMIT_SCALE: (2 * d + 1,),
+        Real.LIMIT_WORK: (work_rows(m), m),
         Real.TWIST: (6,),
         Real.J_RATE: (6, d),
         Real.P_RATE: (6, d),
@@ -240,6 +247,8 @@ def _shapes(n: int, d: int, R: int) -> tuple[dict[Real, tuple[int, ...]], dict[W
         Whole.PRISMATIC: (n,),
         Whole.FRAME_JOINT: (3,),
         Whole.DECIDED: (d,),
+        Whole.LIMIT_ACTIVE: (m + 2,),
+        Whole.LIMIT_MASK: (2 * d + 1 + 2 * m,),
         Whole.REGION: (R, 7),
         Whole.OPTIONS: (len(Option),),
         Whole.OUTCOME: (len(Slot),),

@@ -62,10 +62,16 @@ def limit(f: Array, fl: np.ndarray, w: np.ndarray, wl: np.ndarray, v: Array) -> 
         vector(f, fl, Real.SINGULAR_ROW),
         vector(f, fl, Real.SINGULAR)[3],
         matrix(f, fl, Real.METRIC),
-        matrix(f, fl, Real.METRIC_FACTOR),
-        matrix(f, fl, Real.ROW),
-        matrix(f, fl, Real.PUSH),
-        vector(f, fl, Real.DUAL),
+        matrix(f, fl, Real.LIMIT_ROWS),
+        vector(f, fl, Real.LIMIT_DEMAND),
+        vector(f, fl, Real.LIMIT_COST),
+        vector(f, fl, Real.LIMIT_GIVEN),
+        vector(f, fl, Real.UNBOUNDED),
+        vector(f, fl, Real.LIMIT_MULTIPLIER),
+        integers(w, wl, Whole.LIMIT_ACTIVE),
+        integers(w, wl, Whole.LIMIT_MASK),
+        vector(f, fl, Real.LIMIT_SCALE),
+        matrix(f, fl, Real.LIMIT_WORK),
     )
     integers(w, wl, Whole.OUTCOME)[Slot.LIMITED] |= done
 

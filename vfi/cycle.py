@@ -6,6 +6,7 @@ solve the program in between.
 
 import numpy as np
 
+from primitives.active_set import INFEASIBLE, OPTIMAL, solve
 from primitives.checks import Array
 from primitives.compiled import compiled
 from primitives.dual_quaternion import from_pose
@@ -15,7 +16,6 @@ from primitives.kinematics import forward_kinematics, frame_jacobians
 from primitives.memory import MEMORY, cube, integer_matrix, integers, matrix, vector
 from primitives.vectors import copy
 from primitives.verification import all_finite
-from vfi.active_set import INFEASIBLE, OPTIMAL, solve
 from vfi.inequality import fill_rows
 from vfi.limits import fill_bounds
 from vfi.memory import Real, Whole

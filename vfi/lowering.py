@@ -6,6 +6,7 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import ArrayLike
 
+from primitives.active_set import work_rows
 from primitives.checks import Array, array, known, number
 from primitives.constraint import ConstraintSet
 from primitives.elements import WORLD, Element
@@ -15,7 +16,6 @@ from primitives.memory import Memory
 from primitives.robot import Robot
 from primitives.table import tabulate, used_entities, used_frames
 from primitives.verification import TOLERANCE_ANGULAR, TOLERANCE_LINEAR
-from vfi.active_set import work_rows
 from vfi.memory import Real, Whole
 from vfi.outcome import Guard, Option, Setting, Slot
 from vfi.tasks import POSE, VELOCITY, PoseTask, Task

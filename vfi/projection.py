@@ -15,9 +15,9 @@ from typing import NamedTuple
 
 import numpy as np
 
+from primitives.active_set import NOT_SOLVED, OPTIMAL, solve, work_rows
 from primitives.checks import Array
 from primitives.compiled import compiled
-from vfi.active_set import NOT_SOLVED, OPTIMAL, solve, work_rows
 from vfi.qp import SolverStatus
 
 
@@ -48,8 +48,8 @@ def project(
 ) -> int:
     """Fill v (m,) and the multipliers of rows (k,), lower and upper bounds (d,) of the joints; returns the status.
 
-    Rows and bounds become A (k + 2 d, m) and b; what follows b is scratch of `vfi.active_set.solve`, of its sizes for
-    these rows, and unbounded (2, m flattened) holds -inf and inf.
+    Rows and bounds become A (k + 2 d, m) and b; what follows b is scratch of `primitives.active_set.solve`, of
+    its sizes for these rows, and unbounded (2, m flattened) holds -inf and inf.
     """
     m, k, d = v_ref.shape[0], rows.shape[0], basis.shape[0]
     for i in range(k):

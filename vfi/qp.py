@@ -4,20 +4,10 @@ minimise    1/2 v^T H v + g^T v
 subject to  A v >= b,   low <= v <= high
 """
 
-from enum import IntEnum
 from typing import NamedTuple
 
+from primitives.active_set import SolverStatus as SolverStatus
 from primitives.checks import Array
-
-
-class SolverStatus(IntEnum):
-    """What a solver says of its own answer; verification does not rely on it."""
-
-    OPTIMAL = 0
-    INFEASIBLE = 1
-    NOT_CONVERGED = 2
-    NOT_CONVEX = 3
-    NOT_SOLVED = 4
 
 
 class QP(NamedTuple):

@@ -6,6 +6,7 @@ command, stand still.
 
 import numpy as np
 
+from primitives.active_set import OPTIMAL
 from primitives.checks import Array
 from primitives.compiled import compiled
 from primitives.evaluate import evaluate_margins
@@ -19,7 +20,6 @@ from primitives.verification import (
     sampled_defects,
     worst_defect,
 )
-from vfi.active_set import OPTIMAL
 from vfi.memory import Real, Whole
 from vfi.outcome import Guard, Option, Reason, Setting, Slot, State
 

@@ -8,10 +8,10 @@ nothing.
 
 import numpy as np
 
+from primitives.active_set import OPTIMAL, solve
 from primitives.checks import Array
 from primitives.compiled import compiled
 from primitives.constraint import SAFETY_CLASSES
-from vfi.active_set import OPTIMAL, solve
 
 CLASSES = len(SAFETY_CLASSES)
 REGULARISATION = 1e-12

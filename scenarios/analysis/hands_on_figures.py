@@ -125,15 +125,16 @@ def port_reference(trace: Trace) -> Figure:
 
 def damping(trace: Trace, scene: HandsOnScene) -> Figure:
     """Figures 9 and 11: what of the damping (43) fades with speed and what grows with the repulsion."""
-    p, v = scene.parameters, trace["v"]
+    # A cycle's damping is that of the velocity and the repulsion which the cycle before it led to.
+    p, v, t = scene.parameters, trace["v"][:-1], trace.t[1:]
     speeds = np.abs(v[:, 0]), np.linalg.norm(v[:, 1:4], axis=1)
-    push = trace["free_repulsion"]
+    push = trace["free_repulsion"][:-1]
     pushes = np.abs(push[:, 0]), np.linalg.norm(push[:, 1:4], axis=1)
     figure = Figure(figsize=(9.0, 5.2), layout="constrained")
     panels = figure.subplots(2, 1, sharex=True)
     for axes, i, unit in ((panels[0], 0, "along the tool [N s/m]"), (panels[1], 1, "about the port [Nm s/rad]")):
-        _curve(axes, trace.t, p.Q[i] * np.exp(-p.M[i] * speeds[i]), "at low speed, D_v", COLOURS[5])
-        _curve(axes, trace.t, p.G[i] * (1.0 - np.exp(-p.C[i] * pushes[i] ** 2)), "near the region, D_r", COLOURS[4])
+        _curve(axes, t, p.Q[i] * np.exp(-p.M[i] * speeds[i]), "at low speed, D_v", COLOURS[5])
+        _curve(axes, t, p.G[i] * (1.0 - np.exp(-p.C[i] * pushes[i] ** 2)), "near the region, D_r", COLOURS[4])
         axes.set_ylabel(unit)
     panels[0].legend(loc="upper left", fontsize=8, ncols=2, frameon=False)
     panels[1].set_xlabel("time [s]")

@@ -9,11 +9,11 @@ from typing import NamedTuple
 
 import numpy as np
 
+from primitives import active_set
 from primitives.errors import SolverError
 from scenarios.plants.kinematic import KinematicPlant
 from scenarios.run import build
 from scenarios.scene_file import load_scene
-from vfi import active_set
 from vfi.backends import solvers
 from vfi.qp import QP, SolverStatus
 

@@ -72,7 +72,7 @@ def test_the_port_error_of_the_reference_is_drawn_in_micrometres(name, robot):
 
 @each
 def test_the_damping_drawn_is_that_of_the_run(name, robot):
-    """D_c + D_v + D_r of the figure is the diagonal that damps the cycle after the one whose velocity it is of."""
+    """D_c + D_v + D_r of the figure is the diagonal that damped each cycle."""
     trace, scene, _ = done(name, robot)
     figure = figures.damping(trace, scene)
     assert panels_with_data(figure) == [True, True]
@@ -80,8 +80,8 @@ def test_the_damping_drawn_is_that_of_the_run(name, robot):
         speed, near = (curve(axes, label) for label in ("at low speed, D_v", "near the region, D_r"))
         at = np.intersect1d(speed.get_xdata(), near.get_xdata())
         total = sum(np.interp(at, line.get_xdata(), line.get_ydata()) for line in (speed, near))
-        k = np.searchsorted(trace.t, at[:-1])
-        np.testing.assert_allclose(total[:-1], trace["damping"][k + 1, i] - scene.parameters.D_c[i], rtol=1e-9)
+        k = np.searchsorted(trace.t, at)
+        np.testing.assert_allclose(total, trace["damping"][k, i] - scene.parameters.D_c[i], rtol=1e-9)
         assert max(near.get_ydata()) > 0.0
 
 

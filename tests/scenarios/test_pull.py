@@ -111,8 +111,9 @@ def test_tremor_is_seeded_and_of_the_rms_and_band_asked_for():
         assert power[(frequency > 7.5) & (frequency < 12.5)].sum() > 0.999 * power.sum()
 
 
-def test_a_delayed_hand_pulls_as_if_the_handle_were_where_it_was():
-    late, prompt = (hand(Waypoint(0, START - PORT), delay=d, most=1e3) for d in (0.018, 0.0))
+@pytest.mark.parametrize("delay", [0.018, 0.02])  # between two cycles, and exactly five of them
+def test_a_delayed_hand_pulls_as_if_the_handle_were_where_it_was(delay):
+    late, prompt = (hand(Waypoint(0, START - PORT), delay=d, most=1e3) for d in (delay, 0.0))
     places = START + np.random.default_rng(2).normal(size=(30, 3)) * 1e-2
     for k, place in enumerate(places):
         seen = places[max(k - 5, 0)]

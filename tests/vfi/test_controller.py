@@ -13,8 +13,8 @@ from primitives.constraint import Constraint, ConstraintSet
 from primitives.elements import Line, Plane, Point
 from primitives.errors import ActiveConstraintsError, InactiveConstraintError, InputError, UnknownNameError
 from primitives.evaluate import Entity
+from tests.primitives.qps import cases
 from tests.vfi.arms import START, Array, closed_loop, pair, paper_constraints, paper_reference, pose, seven
-from tests.vfi.qps import cases
 from vfi.controller import Controller
 from vfi.messages import Command, Measurement, Rows
 from vfi.outcome import Reason, Slot, State

@@ -15,6 +15,7 @@ from primitives.elements import Plane, Point, Segment
 from primitives.evaluate import Entity, evaluate
 from primitives.registry import pairs
 from tests.primitives.pair_cases import CASES
+from tests.primitives.qps import cases
 from tests.vfi.arms import (
     START,
     Array,
@@ -30,7 +31,6 @@ from tests.vfi.arms import (
     random_unit,
     seven,
 )
-from tests.vfi.qps import cases
 from vfi.controller import Controller
 from vfi.messages import Measurement
 from vfi.outcome import State

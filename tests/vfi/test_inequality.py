@@ -8,8 +8,8 @@ import pytest
 from primitives.constraint import Constraint, ConstraintSet
 from primitives.elements import Plane, Point
 from primitives.vectors import DEGENERATE, IN_BAND, OK
+from tests.primitives.qps import Workspace, cases, plain
 from tests.vfi.arms import START, Array, Oracle, pair, paper_constraints, paper_reference
-from tests.vfi.qps import Workspace, cases, plain
 from vfi.controller import Controller
 from vfi.inequality import demanded_rate, fill_rows
 from vfi.memory import Real

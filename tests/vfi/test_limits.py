@@ -6,8 +6,8 @@ import numpy as np
 import pytest
 
 from primitives.robot import Robot
+from tests.primitives.qps import cases
 from tests.vfi.arms import SEVEN, Array, closed_loop, seven
-from tests.vfi.qps import cases
 from vfi.controller import Controller
 from vfi.limits import approach_speed, fill_bounds
 from vfi.outcome import State

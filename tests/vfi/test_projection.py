@@ -5,7 +5,7 @@ import pytest
 import qpsolvers
 
 from primitives.checks import Array
-from tests.vfi.qps import cases
+from tests.primitives.qps import cases
 from vfi.projection import Projected, Projection
 from vfi.qp import SolverStatus
 

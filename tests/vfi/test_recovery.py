@@ -8,8 +8,8 @@ import pytest
 from primitives.constraint import Constraint, ConstraintSet
 from primitives.elements import Line, Plane, Point
 from primitives.evaluate import Entity
+from tests.primitives.qps import cases
 from tests.vfi.arms import START, Array, Oracle, closed_loop, pair, paper_constraints, pose
-from tests.vfi.qps import cases
 from vfi.controller import Controller
 from vfi.memory import Real, Whole
 from vfi.messages import Measurement

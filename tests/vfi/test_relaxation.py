@@ -6,12 +6,12 @@ import numpy as np
 import pytest
 from scipy.optimize import linprog
 
+from primitives.active_set import work_rows
 from primitives.constraint import SAFETY_CLASSES, Constraint, ConstraintSet
 from primitives.elements import Plane, Point
 from primitives.evaluate import Entity
+from tests.primitives.qps import cases, least_violation
 from tests.vfi.arms import START, Array, pair, pose, seven
-from tests.vfi.qps import cases, least_violation
-from vfi.active_set import work_rows
 from vfi.controller import Controller
 from vfi.memory import Real
 from vfi.messages import Measurement, Rows

@@ -10,8 +10,8 @@ from dqrobotics.robot_modeling import DQ_SerialManipulatorMDH
 from primitives import dual_quaternion as dq
 from primitives.constraint import ConstraintSet
 from primitives.errors import InputError, UnknownNameError
+from tests.primitives.qps import cases
 from tests.vfi.arms import BASES, NEURO8, START, Array, closed_loop, pair, paper_reference, pose, seven
-from tests.vfi.qps import cases
 from vfi.controller import Controller
 from vfi.messages import Measurement
 from vfi.outcome import State

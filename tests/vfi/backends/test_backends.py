@@ -8,9 +8,9 @@ import pytest
 
 from primitives.constraint import ConstraintSet
 from primitives.errors import InputError, SolverError, UnknownNameError
+from tests.primitives.qps import Problem, cases, objective, random_problem
+from tests.primitives.qps import solved as by_kernel
 from tests.vfi.arms import START, Array, Oracle, closed_loop, pair, paper_constraints, paper_reference
-from tests.vfi.qps import Problem, cases, objective, random_problem
-from tests.vfi.qps import solved as by_kernel
 from vfi.backends import Solver, solvers
 from vfi.controller import Controller
 from vfi.messages import Measurement

@@ -11,8 +11,8 @@ from scipy.optimize import linprog
 
 from primitives.constraint import Constraint, ConstraintSet
 from primitives.elements import Plane, Point
+from tests.primitives.qps import cases
 from tests.vfi.arms import START, Array, Oracle, closed_loop, pair, paper_constraints, paper_reference
-from tests.vfi.qps import cases
 from vfi.backends.lp import BETA_OVER_ETA, PaperLP
 from vfi.controller import Controller
 from vfi.messages import Measurement, Rows

@@ -9,8 +9,10 @@ import pytest
 import qpsolvers
 from numpy.typing import NDArray
 
+from primitives import active_set
+from primitives.active_set import TOLERATED
 from primitives.compiled import JIT_DISABLED
-from tests.vfi.qps import (
+from tests.primitives.qps import (
     ALL_KINDS,
     Answer,
     Array,
@@ -25,8 +27,6 @@ from tests.vfi.qps import (
     solved,
     unit_rows,
 )
-from vfi import active_set
-from vfi.active_set import TOLERATED
 from vfi.qp import SolverStatus
 
 OPTIMAL, INFEASIBLE = SolverStatus.OPTIMAL, SolverStatus.INFEASIBLE

@@ -10,8 +10,8 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy.optimize import linprog
 
+from primitives.active_set import solve, work_rows
 from primitives.compiled import JIT_DISABLED
-from vfi.active_set import solve, work_rows
 from vfi.qp import SolverStatus
 
 Array = NDArray[np.float64]
