@@ -2,6 +2,9 @@ from .constraint import Constraint as Constraint
 from .constraint import ConstraintSet as ConstraintSet
 from .dh import DHRow as DHRow
 from .elements import (
+    Cloud as Cloud,
+)
+from .elements import (
     Element as Element,
 )
 from .elements import (
@@ -58,6 +61,7 @@ __all__ = [
     "PAIR_SIGNATURE",
     "RCM",
     "ActiveConstraintsError",
+    "Cloud",
     "Constraint",
     "ConstraintSet",
     "DHRow",

@@ -7,7 +7,7 @@ from typing import Literal, get_args
 from primitives.checks import known, number
 from primitives.elements import Element
 from primitives.errors import InputError
-from primitives.pair import Pair
+from primitives.pair import CLOUD_PAIRS, Pair
 from primitives.registry import pairs
 
 Keep = Literal["outside", "inside"]
@@ -62,7 +62,8 @@ class Constraint:
         if not isinstance(self.enforced, bool):
             raise InputError(f"{what}: enforced: expected True or False, got {self.enforced!r}")
         kinds = (self.first.kind, self.second.kind)
-        if not self.pair and "_".join(kinds) not in pairs.names() and "_".join(kinds[::-1]) in pairs.names():
+        known_pairs = (*pairs.names(), *CLOUD_PAIRS)
+        if not self.pair and "_".join(kinds) not in known_pairs and "_".join(kinds[::-1]) in known_pairs:
             raise InputError(f"{what}: give the {kinds[1]} first and the {kinds[0]} second, as the pair takes them")
         definition = self.definition
         if kinds != (definition.first, definition.second):
@@ -70,13 +71,19 @@ class Constraint:
                 f'{what}: pair "{definition.name}" takes a {definition.first} and a {definition.second}, in this '
                 f"order; got a {kinds[0]} and a {kinds[1]}"
             )
+        if self.is_cloud and self.keep != "outside":
+            raise InputError(f'{what}: a cloud is a surface to stay outside of; got keep "{self.keep}"')
 
     @property
     def definition(self) -> Pair:
-        """The registered pair."""
-        if self.pair:
-            return pairs[self.pair]
-        return pairs[f"{self.first.kind}_{self.second.kind}"]
+        """The pair of its elements."""
+        name = self.pair or f"{self.first.kind}_{self.second.kind}"
+        return CLOUD_PAIRS[name] if name in CLOUD_PAIRS else pairs[name]
+
+    @property
+    def is_cloud(self) -> bool:
+        """Whether its second element is a point cloud."""
+        return self.second.kind == "cloud"
 
 
 @dataclass(frozen=True)

@@ -1,4 +1,4 @@
-"""Points, lines, planes and segments, attached to a robot frame, to the world, or to a moving entity.
+"""Points, lines, planes, segments and clouds, attached to a robot frame, to the world, or to a moving entity.
 
 An element is given and stored as a dual quaternion in the frame it is attached to. Kernels work on its *geometry*,
 eight numbers ``[point (3), direction (3), length, 0]`` that a rigid motion maps in the obvious way; the two forms are
@@ -6,7 +6,7 @@ held equal by tests.
 """
 
 from dataclasses import dataclass
-from typing import ClassVar, NoReturn, Self
+from typing import Any, ClassVar, NoReturn, Self
 
 import numpy as np
 from numpy.typing import ArrayLike
@@ -94,19 +94,14 @@ class Element:
     def __eq__(self, other: object) -> bool:
         if not isinstance(other, Element):
             return NotImplemented
-        mine, theirs = (
-            (self.kind, self.frame, self.entity, self.length),
-            (
-                other.kind,
-                other.frame,
-                other.entity,
-                other.length,
-            ),
-        )
-        return mine == theirs and bool(np.array_equal(self.dual_quaternion, other.dual_quaternion))
+        return self._told() == other._told() and bool(np.array_equal(self.dual_quaternion, other.dual_quaternion))
 
     def __hash__(self) -> int:
-        return hash((self.kind, self.frame, self.entity, self.length, self.dual_quaternion.tobytes()))
+        return hash((self._told(), self.dual_quaternion.tobytes()))
+
+    def _told(self) -> tuple[Any, ...]:
+        """What tells elements of one dual quaternion apart."""
+        return self.kind, self.frame, self.entity, self.length
 
 
 class Point(Element):
@@ -209,3 +204,37 @@ class Segment(Element):
     def _parts(self) -> tuple[Array, Array, float]:
         pose = np.array(self.dual_quaternion)
         return dq.translation(pose), dq.rotation_matrix(pose)[:, 2], self.length
+
+
+@dataclass(frozen=True, eq=False)
+class Cloud(Element):
+    """A point cloud, by the name under which its points are given to whoever enforces the constraint.
+
+    The distance to a cloud is that to the nearest of the spheres which cover its surface (paper A, (8)), negative
+    inside one. The dual quaternion moves the cloud from where its own pose puts it, in the coordinates of what the
+    element is attached to.
+
+    Parameters
+    ----------
+    name : of the cloud.
+    """
+
+    name: str = ""
+
+    kind = "cloud"
+
+    @classmethod
+    def named(cls, name: str, *, frame: str = WORLD, entity: str | None = None) -> Self:
+        """The cloud of that name, where its own pose puts it."""
+        return cls(np.r_[1.0, np.zeros(7)], frame, entity, 0.0, name)
+
+    def _stored(self, value: Array) -> Array:
+        if not isinstance(self.name, str) or not self.name:
+            raise InputError(f"Cloud: expected the name of a point cloud, got {self.name!r}")
+        return _normalized(conversions.as_pose(value, f'pose of cloud "{self.name}"'))
+
+    def _told(self) -> tuple[Any, ...]:
+        return *super()._told(), self.name
+
+    def _parts(self) -> tuple[Array, Array, float]:
+        return dq.translation(np.array(self.dual_quaternion)), np.zeros(3), 0.0

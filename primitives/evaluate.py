@@ -98,9 +98,11 @@ def evaluate_margins(
     margin: Array,
     status: np.ndarray,
 ) -> None:
-    """Fill distance, margin and status (m,) from the poses of all frames (F, 12)."""
+    """Fill distance, margin and status (m,) from the poses of all frames (F, 12); those of clouds stay as they are."""
     a, b, gradient = scratch(8), scratch(8), scratch(12)
     for i in range(address.shape[0]):
+        if address[i] == 0:
+            continue
         to_world(pose, frame[i, 0], geometry, 2 * i, a)
         to_world(pose, frame[i, 1], geometry, 2 * i + 1, b)
         distance[i], status[i] = call_pair(address[i], a, b, gradient)
@@ -136,6 +138,8 @@ def evaluate_rows(
     n = velocity.shape[0]
     a, b, gradient, covector = scratch(8), scratch(8), scratch(12), scratch(6)
     for i in range(address.shape[0]):
+        if address[i] == 0:
+            continue
         to_world(pose, frame[i, 0], geometry, 2 * i, a)
         to_world(pose, frame[i, 1], geometry, 2 * i + 1, b)
         distance[i], status[i] = call_pair(address[i], a, b, gradient)

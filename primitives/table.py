@@ -16,7 +16,7 @@ class Table(NamedTuple):
 
     Attributes
     ----------
-    address : (m,) int64, where each pair's kernel stands.
+    address : (m,) int64, where each pair's kernel stands; 0 of a cloud, which has none.
     frame : (m, 2) int64, index of each element's frame: 0 the world, then robot frames, then entities.
     geometry : (2m, 8) local geometries, first and second in turn.
     side : (m,) +1 keep outside, -1 keep inside.
@@ -64,7 +64,7 @@ def tabulate(constraints: ConstraintSet, frames: tuple[str, ...], entities: tupl
 
     items = list(constraints)
     return Table(
-        address=np.array([address_of(c.definition.kernel) for c in items], dtype=np.int64),
+        address=np.array([address_of(k) if (k := c.definition.kernel) else 0 for c in items], dtype=np.int64),
         frame=np.array([[place(c.first), place(c.second)] for c in items], dtype=np.int64).reshape(m, 2),
         geometry=np.array([e.geometry for e in _elements(constraints)], dtype=np.float64).reshape(2 * m, 8),
         side=np.array([1.0 if c.keep == "outside" else -1.0 for c in items]),

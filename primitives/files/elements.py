@@ -1,12 +1,13 @@
 """How an element stands in a file.
 
-A `kind` (point, line, plane or segment) with its geometry, metres, in the coordinates of what it is attached to: a
-robot's `frame`, a moving `entity`, or the world where neither is given.
+A `kind` (point, line, plane, segment or cloud) with its geometry, metres, in the coordinates of what it is
+attached to: a robot's `frame`, a moving `entity`, or the world where neither is given.
 
     point    position
     line     point (default: the origin), direction (default: z), of any length but zero
     plane    point, normal, of any length but zero
     segment  start, end
+    cloud    cloud: its name
     any      dual_quaternion, eight numbers, in place of the above (and a segment's length)
 """
 
@@ -17,7 +18,7 @@ from typing import Annotated, Any
 import numpy as np
 from pydantic import AfterValidator, Field, PlainValidator, ValidationInfo
 
-from primitives.elements import WORLD, Element, Line, Plane, Point, Segment
+from primitives.elements import WORLD, Cloud, Element, Line, Plane, Point, Segment
 from primitives.errors import InputError, UnknownNameError
 from primitives.files.fields import Numbers, Text, Vector, check_text, refers_to
 from primitives.files.model import FileModel, problem_at, show
@@ -74,19 +75,34 @@ class _Segment(_Attached):
         return Segment.between(self.start, self.end, frame=self.frame, entity=self.entity)
 
 
+class _Cloud(_Attached):
+    cloud: Annotated[Text, refers_to("cloud")]
+
+    def build(self) -> Element:
+        return Cloud.named(self.cloud, frame=self.frame, entity=self.entity)
+
+
 class _Exact(_Attached):
     dual_quaternion: Numbers
     length: float = 0.0
+    cloud: Annotated[Text, refers_to("cloud")] | None = None
 
     def build(self) -> Element:
+        place = np.array(self.dual_quaternion), self.frame, self.entity, self.length
         try:
-            return _ELEMENTS[self.kind](np.array(self.dual_quaternion), self.frame, self.entity, self.length)
+            return Cloud(*place, self.cloud or "") if self.kind == "cloud" else _ELEMENTS[self.kind](*place)
         except InputError as error:
             raise problem_at(("dual_quaternion",), str(error)) from None
 
 
-_SHAPES: dict[str, type[_Attached]] = {"point": _Point, "line": _Line, "plane": _Plane, "segment": _Segment}
-_ELEMENTS: dict[str, type[Element]] = {e.kind: e for e in (Point, Line, Plane, Segment)}
+_SHAPES: dict[str, type[_Attached]] = {
+    "point": _Point,
+    "line": _Line,
+    "plane": _Plane,
+    "segment": _Segment,
+    "cloud": _Cloud,
+}
+_ELEMENTS: dict[str, type[Element]] = {e.kind: e for e in (Point, Line, Plane, Segment, Cloud)}
 
 
 def _element(data: Any, info: ValidationInfo) -> Element:
@@ -111,15 +127,17 @@ def element_data(element: Element) -> dict[str, Any]:
 
     Raises
     ------
-    InputError : no point, line, plane or segment, or the name of a frame or entity that a file cannot hold.
+    InputError : of another kind than those above, or the name of a frame or entity that a file cannot hold.
     """
     if element.kind not in _ELEMENTS:
-        raise InputError(f"cannot write {type(element).__name__} to a file; use Point, Line, Plane or Segment")
+        raise InputError(f"cannot write {type(element).__name__} to a file; use Point, Line, Plane, Segment or Cloud")
     place: dict[str, Any] = {"kind": element.kind}
     if element.entity is not None:
         place["entity"] = check_text(element.entity)
     elif element.frame != WORLD:
         place["frame"] = check_text(element.frame)
+    if isinstance(element, Cloud):
+        place["cloud"] = check_text(element.name)
     if element.kind != "segment":
         readable = {**place, **_shape(element)}
         if _gives_back(readable, element):
@@ -139,6 +157,8 @@ def _gives_back(data: dict[str, Any], element: Element) -> bool:
 
 def _shape(element: Element) -> dict[str, list[float]]:
     """Geometry of a point, line or plane; a segment's two ends do not hold its pose to the bit."""
+    if element.kind == "cloud":
+        return {}
     point, direction = element.geometry[:3].tolist(), element.geometry[3:6].tolist()
     if element.kind == "point":
         return {"position": point}
