@@ -16,9 +16,10 @@ class Choices:
 
     Attributes
     ----------
-    solver, guard : of scenes that follow a trajectory. period : T, seconds. seed : of everything random.
+    solver : of scenes that follow a trajectory; guard : of those, and by hand too. period : T, seconds. seed : of everything random.
     robot : another robot than the scene's. out : folder of traces.
-    plant, enforcement, integrator, form : of hands-on scenes. organ, vessels, unit : files in the place of their
+    enforcement : of hands-on scenes and those that follow a trajectory by hand; None for "admittance" and "vfi".
+    plant, integrator, form : of hands-on scenes. organ, vessels, unit : files in the place of their
         anatomy. fill_gaps : of files of points, instead of refusing them.
     """
 
@@ -29,7 +30,7 @@ class Choices:
     robot: str | None = None
     out: Path | None = None
     plant: str = "kinematic"
-    enforcement: str = "admittance"
+    enforcement: str | None = None
     integrator: str | None = None
     form: str | None = None
     organ: Path | None = None
@@ -40,6 +41,10 @@ class Choices:
 
 class Job(Protocol):
     """One run that has been checked."""
+
+    @property
+    def scene(self) -> object:
+        """What is run."""
 
     @property
     def label(self) -> str:

@@ -5,10 +5,12 @@ from collections.abc import Mapping
 from dataclasses import dataclass, field, replace
 from typing import Any, Self
 
+from admittance.joint_parameters import JointParameters
 from primitives.checks import array, known, number
 from primitives.constraint import ConstraintSet
 from primitives.errors import InputError
 from primitives.robot import Robot
+from scenarios.by_hand.hand import Guide
 from scenarios.robots import robots
 from scenarios.trajectory import PoseTrajectory
 from vfi.tasks import PoseTask
@@ -46,6 +48,8 @@ class Scene:
     limit_eta : gain of the joint-position limits, 1/s.
     period : T, seconds. duration : seconds, at most `MAX_CYCLES` periods.
     limits : {joint: (lower, upper)} where they differ from the robot's.
+    hand, admittance : the hand that leads the tool along the reference, and what the tool is like to it; None where
+        the task follows the reference by itself.
 
     Raises
     ------
@@ -65,6 +69,8 @@ class Scene:
     eta: float | Mapping[str, float] = 0.5
     limit_eta: float = 5.0
     limits: Mapping[str, tuple[float, float]] = field(default_factory=dict)
+    hand: Guide | None = None
+    admittance: JointParameters | None = None
 
     def __post_init__(self) -> None:
         check_name(self.name)
@@ -78,6 +84,8 @@ class Scene:
             if constraint:
                 known("constraint", constraint, self.constraints.names)
             number(gain, f"eta of scene {self.name}", positive=True)
+        if (self.hand is None) != (self.admittance is None):
+            raise InputError(f"scene {self.name}: hand and admittance go together, got one of them")
         for joint, (lower, upper) in self.limits.items():
             if not lower < upper:
                 raise InputError(

@@ -11,6 +11,7 @@ from primitives.errors import InputError
 from primitives.files.fields import Numbers, Positive, Text, Vector, check_text, list_of, one_of, refers_to
 from primitives.files.model import FileModel, show
 from primitives.spec import ConstraintsField, constraints_data
+from scenarios.by_hand.model import GuideModel, JointParametersField, by_hand_data
 from scenarios.robots import robots
 from scenarios.scene import Scene, check_duration, check_name
 from scenarios.trajectory import PoseTrajectory, Waypoint
@@ -100,6 +101,8 @@ class SceneModel(FileModel):
     limits: dict[Annotated[str, refers_to("joint")], Annotated[Numbers, AfterValidator(_range)]] = Field(
         default_factory=dict
     )
+    hand: GuideModel | None = None
+    admittance: JointParametersField | None = None
 
     def build(self) -> Scene:
         """The scene that the file declares; raises InputError."""
@@ -119,6 +122,8 @@ class SceneModel(FileModel):
             eta=self.eta,
             limit_eta=self.limit_eta,
             limits={joint: (low, high) for joint, (low, high) in self.limits.items()},
+            hand=self.hand.build() if self.hand is not None else None,
+            admittance=self.admittance,
         )
 
 
@@ -149,6 +154,7 @@ def scene_data(scene: Scene) -> dict[str, Any]:
         "eta": {name: float(gain) for name, gain in eta.items()} if isinstance(eta, Mapping) else float(eta),
         "limit_eta": float(scene.limit_eta),
         "limits": {joint: _floats(limit) for joint, limit in scene.limits.items()},
+        **(by_hand_data(scene.hand, scene.admittance) if scene.hand and scene.admittance else {}),
     }
 
 

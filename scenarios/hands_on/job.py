@@ -98,10 +98,11 @@ def hands_on_job(scene: HandsOnScene, choices: Choices, like: HandsOnJob | None 
                 way = f"give --{name} too" if name in ("organ", "vessels") else "files have an organ and vessels only"
                 raise InputError(f'scene "{scene.name}" forbids its part "{name}", which is not among the files; {way}')
         scene = scene.with_changes(anatomy=anatomy, hand=scene.hand_on_files or scene.hand)
-    suffix = "" if choices.enforcement == "admittance" else f"-{choices.enforcement}"
+    enforcement = choices.enforcement or "admittance"
+    suffix = "" if enforcement == "admittance" else f"-{enforcement}"
     stem = f"{scene.name}-{scene.robot}-{choices.plant}{suffix}"
     file = choices.out / f"{stem}.mcap" if choices.out is not None else None
-    job = HandsOnJob(scene, choices.plant, choices.enforcement, choices.seed, file)
+    job = HandsOnJob(scene, choices.plant, enforcement, choices.seed, file)
     if like is not None:
         job.__dict__["parts"] = like.parts
     job.check()
