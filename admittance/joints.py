@@ -75,10 +75,8 @@ class JointAdmittance:
         self._gain = number(limit_gain, "limit_gain", low=0.0)
         if self._gain * self.period > 1.0:
             raise InputError(f"limit_gain: expected limit_gain T <= 1, got {limit_gain:g} 1/s and T = {period:g} s")
-        self._ceilings = (
-            number(force_ceiling, "force_ceiling", low=0.0),
-            number(torque_ceiling, "torque_ceiling", low=0),
-        )
+        self._most_force = number(force_ceiling, "force_ceiling", low=0.0)
+        self._most_torque = number(torque_ceiling, "torque_ceiling", low=0.0)
         self._decided = np.sort(robot.group(group))
         d = len(self._decided)
         self.joints = tuple(robot.joints[i] for i in self._decided)
@@ -152,7 +150,7 @@ class JointAdmittance:
         self._t = t
         if not np.isfinite(given).all():
             return Reason.WRENCH
-        if np.linalg.norm(given[:3]) > self._ceilings[0] or np.linalg.norm(given[3:]) > self._ceilings[1]:
+        if np.linalg.norm(given[:3]) > self._most_force or np.linalg.norm(given[3:]) > self._most_torque:
             return Reason.CEILING
         force[:] = given
         return Reason.NONE

@@ -16,7 +16,8 @@ class Choices:
 
     Attributes
     ----------
-    solver : of scenes that follow a trajectory; guard : of those, and by hand too. period : T, seconds. seed : of everything random.
+    solver : of scenes that follow a trajectory; guard : of those, and of those by hand. period : T, seconds.
+    seed : of everything random.
     robot : another robot than the scene's. out : folder of traces.
     enforcement : of hands-on scenes and those that follow a trajectory by hand; None for "admittance" and "vfi".
     plant, integrator, form : of hands-on scenes. organ, vessels, unit : files in the place of their

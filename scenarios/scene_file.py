@@ -42,8 +42,8 @@ def load_scene(path_or_name: str | Path) -> Scene:
 def load_any(path_or_name: str | Path, robot: str | None = None) -> "Scene | HandsOnScene":
     """A scene by its name, or from a file: whatever is a Path or ends in ".yaml" or ".yml".
 
-    A file that has a port, an anatomy, a hand or what is forbidden, but no reference, is a hands-on scene; files that it names are looked
-    for from its own folder. robot chooses a named scene's variant for that robot, if it has one.
+    A file that has a port, an anatomy, a hand or what is forbidden, but no reference, is a hands-on scene; files that
+    it names are looked for from its own folder. robot chooses a named scene's variant for that robot, if it has one.
 
     Raises
     ------

@@ -1,1 +1,1 @@
-"""Trajectory scenes by hand: a hand leads the tool along the trajectory through an admittance, instead of a pose task."""
+"""Trajectory scenes by hand: a hand leads the tool through an admittance, in the place of a pose task."""
