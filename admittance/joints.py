@@ -72,7 +72,7 @@ class JointAdmittance:
         self.robot, self.parameters, self.group = robot, parameters, group
         self.frame = known("frame", frame or robot.tip, robot.frames)
         self.period = number(period, "period", positive=True)
-        self._gain = number(limit_gain, "limit_gain", low=0.0)
+        self._gain = number(limit_gain, "limit_gain", positive=True)
         if self._gain * self.period > 1.0:
             raise InputError(f"limit_gain: expected limit_gain T <= 1, got {limit_gain:g} 1/s and T = {period:g} s")
         self._most_force = number(force_ceiling, "force_ceiling", low=0.0)
