@@ -16,22 +16,23 @@ class Choices:
 
     Attributes
     ----------
-    solver : of scenes that follow a trajectory; guard : of those, and of those by hand. period : T, seconds.
-    seed : of everything random.
+    solver : of scenes that follow a trajectory. guard : None for "act" where rows enforce the constraints, else "off".
+    period : T, seconds. seed : of everything random.
     robot : another robot than the scene's. out : folder of traces.
-    enforcement : of hands-on scenes and those that follow a trajectory by hand; None for "admittance" and "vfi".
-    plant, integrator, form : of hands-on scenes. organ, vessels, unit : files in the place of their
-        anatomy. fill_gaps : of files of points, instead of refusing them.
+    enforcement : of hands-on scenes and of those that follow a trajectory by hand; None for "admittance" and "vfi".
+    plant, metric, integrator, form : of hands-on scenes. organ, vessels, unit : files in the place of their anatomy.
+        fill_gaps : of files of points, instead of refusing them.
     """
 
     solver: str = "active-set"
     period: float | None = None
-    guard: str = "act"
+    guard: str | None = None
     seed: int = 0
     robot: str | None = None
     out: Path | None = None
     plant: str = "kinematic"
     enforcement: str | None = None
+    metric: str = "free"
     integrator: str | None = None
     form: str | None = None
     organ: Path | None = None

@@ -21,9 +21,9 @@ from vfi.backends import solvers
 ALL = "all"
 FOLLOWING, BY_HAND, HANDS_ON = "that follow a trajectory", "that follow a trajectory by hand", "led by a hand"
 HEEDED = {
-    FOLLOWING: ("solver", "guard"),
-    BY_HAND: ("guard", "enforcement"),
-    HANDS_ON: ("plant", "enforcement", "integrator", "form", "organ", "vessels", "unit", "fill_gaps"),
+    FOLLOWING: ("solver",),
+    BY_HAND: ("enforcement",),
+    HANDS_ON: ("plant", "enforcement", "metric", "integrator", "form", "organ", "vessels", "unit", "fill_gaps"),
 }
 """Choices that not all kinds of scene heed, by the kind that does."""
 
@@ -76,10 +76,10 @@ def _fit(scene: Scene, robot: str | None) -> Scene:
 
 
 def _trajectory(scene: Scene, choices: Choices) -> list[TrajectoryJob]:
-    jobs = []
+    jobs, guard = [], choices.guard or "act"
     for chosen in solvers.names() if choices.solver == ALL else (choices.solver,):
         try:
-            build(scene, solver=chosen, guard=choices.guard, period=choices.period)
+            build(scene, solver=chosen, guard=guard, period=choices.period)
         except SolverError as error:
             if choices.solver != ALL:
                 raise
@@ -87,7 +87,7 @@ def _trajectory(scene: Scene, choices: Choices) -> list[TrajectoryJob]:
             continue
         suffix = f"-{chosen}" if choices.solver == ALL else ""
         file = choices.out / f"{scene.name}{suffix}.mcap" if choices.out is not None else None
-        options = {"solver": chosen, "period": choices.period, "guard": choices.guard, "seed": choices.seed}
+        options = {"solver": chosen, "period": choices.period, "guard": guard, "seed": choices.seed}
         jobs.append(TrajectoryJob(scene, {**options, "out": file}))
     return jobs
 

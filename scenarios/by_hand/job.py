@@ -52,7 +52,8 @@ class ByHandJob:
 def by_hand_job(scene: Scene, choices: Choices) -> ByHandJob:
     """The job of a scene as the command line changes it, checked; raises what is wrong with it."""
     enforcement = choices.enforcement or "vfi"
-    build(scene, enforcement=enforcement, period=choices.period, guard=choices.guard, seed=choices.seed)
+    guard = choices.guard or "act"
+    build(scene, enforcement=enforcement, period=choices.period, guard=guard, seed=choices.seed)
     suffix = "" if enforcement == "vfi" else f"-{enforcement}"
     file = choices.out / f"{scene.name}{suffix}.mcap" if choices.out is not None else None
-    return ByHandJob(scene, enforcement, choices.period, choices.guard, choices.seed, file)
+    return ByHandJob(scene, enforcement, choices.period, guard, choices.seed, file)
