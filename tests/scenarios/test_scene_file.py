@@ -24,7 +24,8 @@ from tests.primitives.broken_files import broken_data, broken_texts, changed, pr
 from vfi.tasks import PoseTask
 
 SCENES = ("S1", "S2", "S3", "S3-stiff-wrist", "S4", "S5")
-ALL_SCENES = (*SCENES, "bowl-tip", "bowl-tool", "hands-on-tip", "hands-on-tool")
+BY_HAND = ("S1-hand", "S2-hand", "S3-hand", "S4-hand", "S5-hand")
+ALL_SCENES = (*sorted((*SCENES, *BY_HAND)), "bowl-tip", "bowl-tool", "hands-on-tip", "hands-on-tool")
 
 VALID = """\
 # one arm, a wall
