@@ -21,6 +21,12 @@ SHARE = 0.3
 """Of its clearance or margin, by which anything may come nearer in a sub-step, by the linear prediction."""
 KEPT = 0.5
 """Of the smallest clearance, and of every margin, that must be found left at the end of a sub-step."""
+BENT = 0.1
+"""Of a margin within range, by which it may fall short of its linear prediction.
+
+The barrier moves a margin m outwards by about m in a sub-step, whatever its force. Where a wall is concave and the tool
+slides along it, a sub-step that loses more than that to the wall's bend would press it in deeper and deeper.
+"""
 SMALLEST = 1.0 / 4096.0
 """Sub-step in periods, below which the velocity is scaled instead."""
 MOST = 64
@@ -57,13 +63,25 @@ def approach_of_margins(free: Array, margin: Array, h: float, v: Array) -> float
     return worst
 
 
+@compiled(f"void({MEMORY}, float64, float64[::1])")
+def expect_margins(f: Array, fl: np.ndarray, w: np.ndarray, wl: np.ndarray, h: float, v: Array) -> None:
+    """LEAST (c,) becomes what must be found of each margin after h seconds of a free velocity v (m,)."""
+    margin, reach, free = vector(f, fl, Real.MARGIN), matrix(f, fl, Real.REACH), matrix(f, fl, Real.FREE_ROW)
+    least = vector(f, fl, Real.LEAST)
+    for i in range(margin.shape[0]):
+        span = reach[i, RANGE]
+        least[i] = KEPT * min(margin[i], span)
+        if margin[i] < span:
+            predicted = margin[i] + h * inner(free[i], v)
+            least[i] = max(least[i], min(predicted, span) - BENT * margin[i])
+
+
 @compiled(f"int64({MEMORY})")
 def margins_are_left(f: Array, fl: np.ndarray, w: np.ndarray, wl: np.ndarray) -> int:
-    """1 where every enforced constraint has enough left of the margin that it had before the sub-step."""
-    before, margin, reach = vector(f, fl, Real.MARGIN_LAST), vector(f, fl, Real.MARGIN), matrix(f, fl, Real.REACH)
-    enforced = integers(w, wl, Whole.ENFORCED)
+    """1 where every enforced constraint has the margin that was expected."""
+    margin, least, enforced = vector(f, fl, Real.MARGIN), vector(f, fl, Real.LEAST), integers(w, wl, Whole.ENFORCED)
     for i in range(margin.shape[0]):
-        if enforced[i] and not margin[i] >= KEPT * min(before[i], reach[i, RANGE]):
+        if enforced[i] and not margin[i] >= least[i]:
             return 0
     return 1
 
@@ -75,8 +93,6 @@ def substep(f: Array, fl: np.ndarray, w: np.ndarray, wl: np.ndarray, near: Array
     new, least = vector(f, fl, Real.V_NEXT), SMALLEST * vector(f, fl, Real.SETTINGS)[Setting.PERIOD]
     last = outcome[Slot.SUBSTEPS] >= MOST - 1
     progress[_CLEARANCE] = vector(f, fl, Real.TOUCH)[Touch.CLEARANCE]
-    margin = vector(f, fl, Real.MARGIN)
-    vector(f, fl, Real.MARGIN_LAST)[:] = margin
     apply_hand(f, fl, w, wl)
     damp(f, fl, w, wl)
     while True:
@@ -88,7 +104,7 @@ def substep(f: Array, fl: np.ndarray, w: np.ndarray, wl: np.ndarray, near: Array
             new[:] = vector(f, fl, Real.V_REF)
         limit(f, fl, w, wl, new)
         share = approach(near, outcome[Slot.NEARBY], h, new)
-        share = max(share, approach_of_margins(matrix(f, fl, Real.FREE_ROW), margin, h, new))
+        share = max(share, approach_of_margins(matrix(f, fl, Real.FREE_ROW), vector(f, fl, Real.MARGIN), h, new))
         if share <= 1.0:
             break
         if last or h <= least:
@@ -97,6 +113,7 @@ def substep(f: Array, fl: np.ndarray, w: np.ndarray, wl: np.ndarray, near: Array
             break
         progress[_STEP] = max(0.5 * h, least)
     vector(f, fl, Real.LEDGER_LAST)[:] = vector(f, fl, Real.LEDGER)
+    expect_margins(f, fl, w, wl, h, new)
     book_step(f, fl, w, wl, h, 1)
     try_velocity(f, fl, w, wl, h, new)
     return JUDGE

@@ -136,7 +136,7 @@ def lean(a: Admittance, port: Array, name: str, force: float, seconds: float, ra
     """Push against a wall, with a force that sets in at once or over `ramp` seconds; returns the smallest margin."""
     least = np.inf
     for k in range(round(seconds / a.period)):
-        if k % 20 == 0:
+        if k % 40 == 0:
             full = aimed(a, port, name, force)
         t = (a.cycles + 1) * a.period
         m = a.step(t, full * min(1.0, k * a.period / ramp if ramp else 1.0))
