@@ -9,7 +9,6 @@ from vfi.cycle import finish, solve_active_set
 from vfi.inequality import fill_rows
 from vfi.limits import fill_bounds
 from vfi.memory import Real, Whole
-from vfi.outcome import Option
 from vfi.recovery import violation
 from vfi.tasks import fill_cost, fill_pose_task
 
@@ -45,7 +44,7 @@ def distances(f, fl, w, wl, ring):
 
 
 def cost(f, fl, w, wl, ring):
-    tip, x = integers(w, wl, Whole.OPTIONS)[Option.TIP], vector(f, fl, Real.TIP)
+    tip, x = integers(w, wl, Whole.TIPS)[0], vector(f, fl, Real.TIP)
     task, target = matrix(f, fl, Real.TASK), vector(f, fl, Real.TARGET)
     from_pose(matrix(f, fl, Real.POSE), tip, x)
     fill_pose_task(
