@@ -24,7 +24,7 @@ if TYPE_CHECKING:
 MAX_FILES = 4
 """Most files that one scene may be spread over."""
 HANDS_ON_KEYS = frozenset({"port", "hand"})
-"""A file with any of these is a hands-on scene."""
+"""A file with any of these is a hands-on scene, unless it has a trajectory as its reference."""
 
 
 def load_scene(path_or_name: str | Path) -> Scene:
@@ -43,8 +43,8 @@ def load_scene(path_or_name: str | Path) -> Scene:
 def load_any(path_or_name: str | Path, robot: str | None = None) -> "Scene | HandsOnScene":
     """A scene by its name, or from a file: whatever is a Path or ends in ".yaml" or ".yml".
 
-    A file that has a port or a hand is a hands-on scene; files that it names are looked for from its own folder. robot
-    chooses a named scene's variant for that robot, if it has one.
+    A file that has a port or a hand, but no reference, is a hands-on scene; files that it names are looked for from
+    its own folder. robot chooses a named scene's variant for that robot, if it has one.
 
     Raises
     ------
@@ -55,7 +55,8 @@ def load_any(path_or_name: str | Path, robot: str | None = None) -> "Scene | Han
     path = Path(path_or_name) if is_file else scene_path(str(path_or_name), robot)
     document = _with_bases(path, ())
     names = _names(document.data)
-    if isinstance(document.data, dict) and not document.data.keys().isdisjoint(HANDS_ON_KEYS):
+    keys = document.data.keys() if isinstance(document.data, dict) else set()
+    if "reference" not in keys and not HANDS_ON_KEYS.isdisjoint(keys):
         return _hands_on(document, names, path.parent)
     model = validate(SceneModel, document, names)
     try:
