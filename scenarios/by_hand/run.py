@@ -151,6 +151,7 @@ def run_by_hand(
         **header(scene, controller, seed),
         "kind": KIND,
         "enforcement": enforcement,
+        "enforced": [c.name for c in controller.constraints if c.enforced],
         "ports": [port.name.lower() for port in Work],
     }
     columns, cycles = {**controller.columns, **extras.columns}, len(parts.reference)
