@@ -63,7 +63,7 @@ def no_collection() -> Iterator[None]:
 def _header(scene: Scene, controller: Controller, seed: int) -> Mapping[str, Any]:
     return {
         "scene": scene.name,
-        "robot": scene.robot,
+        "robot": str(scene.robot),
         "solver": controller.solver,
         "guard": controller.guard,
         "period_s": controller.period,
@@ -73,7 +73,7 @@ def _header(scene: Scene, controller: Controller, seed: int) -> Mapping[str, Any
         "constraints": {c.name: c.definition.unit for c in scene.constraints},
         "enforced": [c.name for c in scene.constraints if c.enforced],
         "versions": versions(),
-        "resolved_scene": dump_scene(scene),
+        "resolved_scene": dump_scene(scene.located(Path.cwd())),
     }
 
 

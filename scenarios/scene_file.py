@@ -13,7 +13,8 @@ from primitives.files.model import Names, show, validate
 from primitives.files.yaml_file import read, write
 from primitives.flatten import motion_axis
 from primitives.spec import declared_names
-from scenarios.robots import robots
+from scenarios.own_robot import OwnRobot, entry_of
+from scenarios.own_robot_file import robot_of
 from scenarios.scene import Scene
 from scenarios.scene_model import SceneModel, scene_data
 from scenarios.scenes import scene_path
@@ -54,12 +55,16 @@ def load_any(path_or_name: str | Path, robot: str | None = None) -> "Scene | Han
     is_file = isinstance(path_or_name, Path) or path_or_name.endswith((".yaml", ".yml"))
     path = Path(path_or_name) if is_file else scene_path(str(path_or_name), robot)
     document = _with_bases(path, ())
-    names = _names(document.data)
+    try:
+        names = _names(document.data, path.parent)
+    except InputError as error:
+        mark = document.mark(("robot",))
+        refuse([*document.problems, Problem(mark, ("robot",), f"robot: {error}")])
     if isinstance(document.data, dict) and not document.data.keys().isdisjoint(HANDS_ON_KEYS):
         return _hands_on(document, names, path.parent)
     model = validate(SceneModel, document, names)
     try:
-        return model.build()
+        return model.build().located(path.parent)
     except InputError as error:
         refuse([Problem(document.mark(()), (), str(error))])
 
@@ -122,17 +127,19 @@ def _base(path: Path, name: Any, users: tuple[Path, ...]) -> Path:
     return base
 
 
-def _names(data: Any) -> Names:
-    """What the keys of a scene may refer to; the data need not be right."""
+def _names(data: Any, folder: Path) -> Names:
+    """What the keys of a scene may refer to; the data need not be right, but an own robot that is must be buildable."""
     if not isinstance(data, dict):
         return {}
     names: Names = {
         "constraint": [name for name in declared_names(data.get("constraints")) if name is not None],
         "cloud": _clouds(data.get("anatomy")),
     }
-    if data.get("robot") not in robots.names():
+    try:
+        declared = robot_of(data.get("robot"))
+    except ValueError:
         return names
-    robot = robots[data["robot"]].build()
+    robot = entry_of(declared.located(folder) if isinstance(declared, OwnRobot) else declared).build()
     sliding = [joint for i, joint in enumerate(robot.joints, 1) if motion_axis(robot.model, i)[0]]
     own = {"frame": robot.frames, "joint": robot.joints, "sliding joint": sliding, "joint group": list(robot.groups)}
     return {**names, **own}

@@ -9,12 +9,12 @@ from pydantic import AfterValidator, Field, PlainValidator, TypeAdapter, Validat
 
 from primitives.constraint import ConstraintSet
 from primitives.errors import InputError
-from primitives.files.fields import Numbers, Positive, Text, check_text, list_of, one_of, refers_to
+from primitives.files.fields import Numbers, Positive, Text, check_text, list_of, refers_to
 from primitives.files.joints import Configuration, Ranges, RangesField
 from primitives.files.model import FileModel, gather, show
 from primitives.files.quantities import Period, Position, Rate, Rotation, Span
 from primitives.spec import Declared, DeclaredField, constraints_data
-from scenarios.robots import robots
+from scenarios.own_robot_file import RobotField, robot_data
 from scenarios.scene import Scene, check_duration, check_name
 from scenarios.trajectory import PoseTrajectory, Waypoint
 from vfi.tasks import PoseTask
@@ -90,7 +90,7 @@ class SceneModel(FileModel):
 
     name: Annotated[Text, AfterValidator(check_name)]
     summary: Text
-    robot: Annotated[str, one_of("robot", robots.names)]
+    robot: RobotField
     group: Annotated[Text, refers_to("joint group")]
     start: Configuration
     constraints: DeclaredField
@@ -130,7 +130,7 @@ def scene_data(scene: Scene) -> dict[str, Any]:
     return {
         "name": scene.name,
         "summary": check_text(scene.summary),
-        "robot": scene.robot,
+        "robot": robot_data(scene.robot),
         "group": check_text(scene.group),
         "start": _floats(scene.start),
         "constraints": constraints_data(scene.constraints),
