@@ -52,7 +52,7 @@ class OwnRobot:
     Attributes
     ----------
     urdf, mjcf : the file, one of them; it is simulated by no plant with dynamics and drawn by no video.
-    tip : its link, body or site that is the tip; empty for the last one.
+    tip : its link, body or site, or one of `frames`, that is the tip; empty for the last link.
     tool : adds a frame "tool", the new tip. frames : {name: where}, further frames, each may lie on those before it.
     limits : {joint: (lower, upper)}, rad and m. velocity_limits : {joint: largest speed}, rad/s and m/s.
 
@@ -92,13 +92,13 @@ class OwnRobot:
         from primitives.robot import Robot
 
         read = Robot.from_urdf if self.urdf else Robot.from_mjcf
-        robot = read(self.urdf or self.mjcf, tip=self.tip or None)
+        robot = read(self.urdf or self.mjcf, tip=None if self.tip in self.frames else self.tip or None)
         tool = {TOOL: self.tool} if self.tool is not None else {}
         for name, place in {**self.frames, **tool}.items():
             turn = dq.exponential(array([0.0, *(0.5 * angle for angle in place.rotation), 0, 0, 0, 0], (8,), "turn"))
             pose = dq.from_rotation_translation(turn[:4].copy(), array(place.position, (3,), "position"))
             with_frame = robot.with_tool(name, pose, on=place.on)
-            robot = with_frame if name == TOOL and tool else replace(with_frame, tip=robot.tip)
+            robot = with_frame if name in (tool or (self.tip,)) else replace(with_frame, tip=robot.tip)
         lower, upper = ({joint: limit[i] for joint, limit in self.limits.items()} for i in (0, 1))
         return robot.with_limits(lower=lower, upper=upper, velocity=dict(self.velocity_limits))
 

@@ -1,6 +1,5 @@
 """A scene with a robot of its own: in YAML and in Python the same, with tool, frames and limits."""
 
-import shutil
 from dataclasses import replace
 from pathlib import Path
 
@@ -43,7 +42,7 @@ duration: 40 ms
 
 @pytest.fixture
 def folder(tmp_path):
-    shutil.copy(URDF, tmp_path / "arm.urdf")
+    (tmp_path / "arm.urdf").write_text(URDF.read_text().replace('name="tool"', 'name="gripper"'))
     return tmp_path
 
 
@@ -84,6 +83,9 @@ def test_tool_and_frames_lie_where_they_are_said_to(folder):
     np.testing.assert_allclose(at.rotation("tool"), turned, atol=1e-12)
     np.testing.assert_allclose(at.translation("camera"), t + R @ [0.01, 0, 0], atol=1e-12)
     assert robot.tip == "tool"
+    assert replace(own(folder), tool=None).build().tip == "tool_tip"
+    by_name = replace(own(folder), tool=None, tip="camera").build()
+    assert by_name.tip == "camera"
 
 
 def test_such_a_scene_runs_and_its_trace_holds_the_whole_path(folder):
@@ -111,7 +113,7 @@ def test_hands_on_scenes_take_one_too(folder):
 @pytest.mark.parametrize(
     ("changes", "line", "words"),
     [
-        ({4: "  urdf: am.urdf"}, 3, "am.urdf: there is no such file"),
+        ({4: "  urdf: am.urdf"}, 3, "am.urdf: cannot be read as a"),
         ({4: "  urdf: arm.urdf\n  mjcf: arm.xml"}, 3, "expected the file of a URDF or of an MJCF, one of them"),
         ({4: "  urdf: arm.yaml"}, 3, "expected a file that ends in .urdf"),
         ({5: "  tip: tol_tip"}, 3, 'unknown frame "tol_tip". Did you mean "tool_tip"?'),
@@ -137,7 +139,7 @@ def test_python_is_checked_too():
         OwnRobot(urdf="a.urdf", velocity_limits={"a": 0.0})
     with pytest.raises(InputError, match="on of Placement"):
         Placement("")
-    with pytest.raises(FileError, match="no such file"):
+    with pytest.raises(FileError, match="cannot be read as a URDF"):
         OwnRobot(urdf="none.urdf").build()
     with pytest.raises(UnknownNameError, match="unknown joint"):
         OwnRobot(urdf=str(URDF), velocity_limits={"a": 1.0}).build()
