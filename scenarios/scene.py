@@ -6,10 +6,12 @@ from dataclasses import dataclass, field, replace
 from pathlib import Path
 from typing import Any, Self
 
+from admittance.joint_parameters import JointParameters
 from primitives.checks import array, known, number
 from primitives.constraint import ConstraintSet
 from primitives.errors import InputError
 from primitives.robot import Robot
+from scenarios.by_hand.hand import Guide
 from scenarios.own_robot import OwnRobot, SceneRobot, entry_of
 from scenarios.trajectory import PoseTrajectory
 from vfi.tasks import PoseTask
@@ -60,6 +62,8 @@ class Scene:
     limit_eta : gain of the joint-position limits, 1/s.
     period : T, seconds. duration : seconds, at most `MAX_CYCLES` periods.
     limits : {joint: (lower, upper)} where they differ from the robot's.
+    hand, admittance : the hand that leads the tool along the reference, and what the tool is like to it; None where
+        the task follows the reference by itself.
 
     Raises
     ------
@@ -79,6 +83,8 @@ class Scene:
     eta: float | Mapping[str, float] = 0.5
     limit_eta: float = 5.0
     limits: Mapping[str, tuple[float, float]] = field(default_factory=dict)
+    hand: Guide | None = None
+    admittance: JointParameters | None = None
 
     def __post_init__(self) -> None:
         check_name(self.name)
@@ -93,6 +99,8 @@ class Scene:
                 known("constraint", constraint, self.constraints.names)
             number(gain, f"eta of scene {self.name}", positive=True)
         check_limits(self.limits, self.name)
+        if (self.hand is None) != (self.admittance is None):
+            raise InputError(f"scene {self.name}: hand and admittance go together, got one of them")
 
     def build_robot(self) -> Robot:
         """The robot with the scene's limits; raises where the scene does not fit it."""

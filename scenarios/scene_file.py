@@ -25,7 +25,7 @@ if TYPE_CHECKING:
 MAX_FILES = 4
 """Most files that one scene may be spread over."""
 HANDS_ON_KEYS = frozenset({"port", "hand"})
-"""A file with any of these is a hands-on scene."""
+"""A file with any of these is a hands-on scene, unless it has a trajectory as its reference."""
 
 
 def load_scene(path_or_name: str | Path) -> Scene:
@@ -44,8 +44,8 @@ def load_scene(path_or_name: str | Path) -> Scene:
 def load_any(path_or_name: str | Path, robot: str | None = None) -> "Scene | HandsOnScene":
     """A scene by its name, or from a file: whatever is a Path or ends in ".yaml" or ".yml".
 
-    A file that has a port or a hand is a hands-on scene; files that it names are looked for from its own folder. robot
-    chooses a named scene's variant for that robot, if it has one.
+    A file that has a port or a hand, but no reference, is a hands-on scene; files that it names are looked for from
+    its own folder. robot chooses a named scene's variant for that robot, if it has one.
 
     Raises
     ------
@@ -60,7 +60,8 @@ def load_any(path_or_name: str | Path, robot: str | None = None) -> "Scene | Han
     except InputError as error:
         mark = document.mark(("robot",))
         refuse([*document.problems, Problem(mark, ("robot",), f"robot: {error}")])
-    if isinstance(document.data, dict) and not document.data.keys().isdisjoint(HANDS_ON_KEYS):
+    keys = document.data.keys() if isinstance(document.data, dict) else set()
+    if "reference" not in keys and not HANDS_ON_KEYS.isdisjoint(keys):
         return _hands_on(document, names, path.parent)
     model = validate(SceneModel, document, names)
     try:

@@ -14,6 +14,7 @@ from primitives.files.joints import Configuration, Ranges, RangesField
 from primitives.files.model import FileModel, gather, show
 from primitives.files.quantities import Period, Position, Rate, Rotation, Span
 from primitives.spec import Declared, DeclaredField, constraints_data
+from scenarios.by_hand.model import GuideModel, JointParametersField, by_hand_data
 from scenarios.own_robot_file import RobotField, robot_data
 from scenarios.scene import Scene, check_duration, check_name
 from scenarios.trajectory import PoseTrajectory, Waypoint
@@ -102,6 +103,8 @@ class SceneModel(FileModel):
     eta: Annotated[float | Mapping[str, float], PlainValidator(_eta)] = Scene.eta
     limit_eta: Rate = Scene.limit_eta
     limits: LimitsField = Field(default_factory=dict)
+    hand: GuideModel | None = None
+    admittance: JointParametersField | None = None
 
     def build(self) -> Scene:
         """The scene that the file declares; raises InputError."""
@@ -121,6 +124,8 @@ class SceneModel(FileModel):
             eta=self.eta,
             limit_eta=self.limit_eta,
             limits=self.constraints.limits | self.limits,
+            hand=self.hand.build() if self.hand is not None else None,
+            admittance=self.admittance,
         )
 
 
@@ -151,6 +156,7 @@ def scene_data(scene: Scene) -> dict[str, Any]:
         "eta": {name: float(gain) for name, gain in eta.items()} if isinstance(eta, Mapping) else float(eta),
         "limit_eta": float(scene.limit_eta),
         "limits": {joint: _floats(limit) for joint, limit in scene.limits.items()},
+        **(by_hand_data(scene.hand, scene.admittance) if scene.hand and scene.admittance else {}),
     }
 
 

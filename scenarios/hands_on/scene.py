@@ -123,7 +123,7 @@ class HandsOnScene:
         return robot
 
     def build(self, robot: Robot, parts: Mapping[str, Part], **changes: Any) -> Admittance:
-        """The admittance at the start, kept out of the scene's regions; constraints of other pairs are not its affair.
+        """The admittance at the start, which the scene's constraints repel: those on clouds as regions.
 
         Parameters
         ----------
@@ -145,6 +145,7 @@ class HandsOnScene:
             "parameters": self.parameters,
             "period": self.period,
             "regions": regions,
+            "constraints": ConstraintSet(c for c in self.constraints if not c.is_cloud),
             "form": self.form,
             "integrator": self.integrator,
             "group": self.group,
