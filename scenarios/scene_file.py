@@ -7,12 +7,13 @@ not give itself. ``enforce: [C1, C2]`` chooses which constraints are enforced; t
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
-from primitives.errors import InputError, UnknownNameError
+from primitives.errors import InputError
 from primitives.files.document import Document, Problem, refuse
 from primitives.files.model import Names, show, validate
 from primitives.files.yaml_file import read, write
 from primitives.flatten import motion_axis
 from primitives.spec import declared_names
+from scenarios.includes import beside, with_sets
 from scenarios.own_robot import OwnRobot, entry_of
 from scenarios.own_robot_file import robot_of
 from scenarios.scene import Scene
@@ -22,8 +23,6 @@ from scenarios.scenes import scene_path
 if TYPE_CHECKING:
     from scenarios.hands_on.scene import HandsOnScene
 
-MAX_FILES = 4
-"""Most files that one scene may be spread over."""
 HANDS_ON_KEYS = frozenset({"port", "hand"})
 """A file with any of these is a hands-on scene, unless it has a trajectory as its reference."""
 
@@ -54,7 +53,7 @@ def load_any(path_or_name: str | Path, robot: str | None = None) -> "Scene | Han
     """
     is_file = isinstance(path_or_name, Path) or path_or_name.endswith((".yaml", ".yml"))
     path = Path(path_or_name) if is_file else scene_path(str(path_or_name), robot)
-    document = _with_bases(path, ())
+    document = with_sets(_with_bases(path, ()), path)
     try:
         names = _names(document.data, path.parent)
     except InputError as error:
@@ -97,7 +96,7 @@ def _with_bases(path: Path, users: tuple[Path, ...]) -> Document:
     if not isinstance(document.data, dict) or "base" not in document.data:
         return document
     try:
-        base = _base(path, document.data["base"], (*users, path))
+        base = beside(path, document.data["base"], (*users, path))
     except InputError as error:
         mark = document.mark(("base",))
         refuse([*document.problems, Problem(mark, ("base",), f"base: {error}")])
@@ -107,25 +106,6 @@ def _with_bases(path: Path, users: tuple[Path, ...]) -> Document:
     own = {key: value for key, value in document.data.items() if key != "base"}
     inherited = {place: mark for place, mark in below.marks.items() if place and place[0] not in own}
     return Document(below.data | own, inherited | dict(document.marks), document.problems + below.problems)
-
-
-def _base(path: Path, name: Any, users: tuple[Path, ...]) -> Path:
-    """The file called name beside a file; no other place can be reached."""
-    if not isinstance(name, str):
-        raise InputError(f"expected the name of a file in the same folder, got {show(name)}")
-    beside = sorted(p.name for p in path.parent.glob("*.yaml"))
-    if name not in beside:
-        raise UnknownNameError("file in this folder", name[:100], beside)
-    base = path.parent / name
-    if base.resolve().parent != path.parent.resolve():
-        raise InputError(f"{name} is a link out of this folder; copy the file here")
-    if base.resolve() in [user.resolve() for user in users]:
-        raise InputError(f"{' -> '.join(p.name for p in (*users, base))} goes in a circle; remove one of these bases")
-    if len(users) >= MAX_FILES:
-        raise InputError(
-            f"{' -> '.join(p.name for p in (*users, base))}: expected at most {MAX_FILES} files; join some"
-        )
-    return base
 
 
 def _names(data: Any, folder: Path) -> Names:

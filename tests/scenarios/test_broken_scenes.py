@@ -1,4 +1,4 @@
-"""Broken scene files and what each prints; ``python -m tests.scenarios.test_broken_scenes`` writes the page of docs/."""
+"""Broken scene files and what each prints; `python -m tests.scenarios.test_broken_scenes` writes the page of docs/."""
 
 import os
 from pathlib import Path
