@@ -5,10 +5,10 @@ from typing import Annotated, Any
 
 from pydantic import Field, PlainValidator, TypeAdapter, ValidationInfo, WithJsonSchema
 
-from primitives.errors import UnknownNameError
+from primitives.errors import InputError, UnknownNameError
 from primitives.files.fields import Positive, Text, refers_to
 from primitives.files.joints import RangesField
-from primitives.files.model import FileModel
+from primitives.files.model import FileModel, show
 from primitives.files.quantities import Position, Rotation, of
 from scenarios.own_robot import OwnRobot, Placement, SceneRobot
 from scenarios.robots import robots
@@ -61,7 +61,9 @@ def robot_from(value: Any, info: ValidationInfo) -> SceneRobot:
         return OwnRobotModel.model_validate(value, context=info.context).build()
     if value in robots.names():
         return str(value)
-    raise UnknownNameError("robot", str(value)[:60], robots.names())
+    if not isinstance(value, str):
+        raise InputError(f"expected one of {', '.join(robots.names())}, or keys of an own one, got {show(value)}")
+    raise UnknownNameError("robot", value[:60], robots.names())
 
 
 RobotField = Annotated[

@@ -36,7 +36,10 @@ def page():
     parts = [HEAD]
     for file in FILES:
         text = file.read_text(encoding="utf-8").rstrip("\n")
-        parts.append(f"## {file.stem.replace('_', ' ')}\n\n````yaml\n{text}\n````\n\n````text\n{printed(file)}\n````\n")
+        shown = "text" if "\t" in text else "yaml"
+        parts.append(
+            f"## {file.stem.replace('_', ' ')}\n\n````{shown}\n{text}\n````\n\n````text\n{printed(file)}\n````\n"
+        )
     return "\n".join(parts)
 
 
