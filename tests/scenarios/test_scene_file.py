@@ -241,7 +241,7 @@ BROKEN = {
     "name a number": ({2: "name: 5"}, [(2, "put it in quotes")]),
     "summary with a colon": ({3: "summary: one arm: a wall"}, [(3, "in quotes")]),
     "misspelt robot": ({4: "robot: neuro-8"}, [(4, 'unknown robot "neuro-8". Did you mean "neuro8"?')]),
-    "robot a list": ({4: "robot: [neuro8]"}, [(4, "expected one of lwr4plus, neuro8, neuro8-pair, or keys of an own one, got a list")]),
+    "robot a list": ({4: "robot: [neuro8]"}, [(4, "neuro8-pair, or keys of an own one, got a list")]),
     "robot missing": ({4: None}, [(1, 'missing key "robot"')]),
     "misspelt group": ({5: "group: al"}, [(5, 'unknown joint group "al". Did you mean "all"?')]),
     "start too short": ({6: "start: [0, 0]"}, [(6, "expected 8 numbers, one a joint from joint1 to joint8, got 2")]),
