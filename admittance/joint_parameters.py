@@ -54,5 +54,6 @@ NEURO8_JOINTS = JointParameters(
 )
 """For the 8-dof neurosurgical arm held at its tip: every joint comes to rest with a time constant of 20 to 40 ms.
 
-A force of 1 N moves a slide at 20 mm/s; the tilts, 0.3 m away, and the wrist, at 16 mm, move the tip about as easily.
+A force of 1 N moves a slide at 20 mm/s; the tilts, 0.3 m away, move the tip as easily, the wrist, at 16 mm, a quarter
+as easily.
 """

@@ -1,5 +1,6 @@
 """`JointAdmittance`: a target admittance without a port, in joint coordinates; `step` is one cycle."""
 
+from math import hypot
 from typing import Any, NamedTuple
 
 import numpy as np
@@ -150,7 +151,7 @@ class JointAdmittance:
         self._t = t
         if not np.isfinite(given).all():
             return Reason.WRENCH
-        if np.linalg.norm(given[:3]) > self._most_force or np.linalg.norm(given[3:]) > self._most_torque:
+        if hypot(*given[:3]) > self._most_force or hypot(*given[3:]) > self._most_torque:
             return Reason.CEILING
         force[:] = given
         return Reason.NONE

@@ -3,30 +3,30 @@
 from dataclasses import asdict
 from typing import Annotated, Any
 
-from pydantic import Field, PlainValidator, TypeAdapter
+from pydantic import PlainValidator, TypeAdapter
 
 from admittance.joint_parameters import NEURO8_JOINTS, Each, JointParameters
 from primitives.checks import known
 from primitives.errors import InputError
 from primitives.files.fields import Numbers, Positive
 from primitives.files.model import FileModel, show
+from primitives.files.quantities import NotNegative, PositiveForce, SomeForce, of
 from scenarios.by_hand.hand import Guide
 
 SETS = {"neuro8": NEURO8_JOINTS}
 """Sets of parameters that a file can name."""
-NotNegative = Annotated[float, Field(ge=0.0)]
 
 
 class GuideModel(FileModel):
     """The key `hand`; see `Guide`."""
 
-    stiffness: NotNegative = Guide.stiffness
-    damping: NotNegative = Guide.damping
-    most: Positive = Guide.most
+    stiffness: Annotated[NotNegative, of("a stiffness")] = Guide.stiffness
+    damping: Annotated[NotNegative, of("a damping")] = Guide.damping
+    most: PositiveForce = Guide.most
     turning_stiffness: NotNegative = Guide.turning_stiffness
     turning_damping: NotNegative = Guide.turning_damping
-    most_torque: Positive = Guide.most_torque
-    tremor: NotNegative = Guide.tremor
+    most_torque: Annotated[Positive, of("a torque")] = Guide.most_torque
+    tremor: SomeForce = Guide.tremor
 
     def build(self) -> Guide:
         """The hand that the file declares."""
