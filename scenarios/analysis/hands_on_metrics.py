@@ -9,7 +9,11 @@ from numpy.typing import NDArray
 from primitives.checks import Array
 from primitives.kinematics import snapshot
 from primitives.robot import Robot
+from scenarios.analysis.boundary_force import boundary_force, felt_clearance
+from scenarios.analysis.jerk import jerk
 from scenarios.analysis.metrics import EVENTS
+from scenarios.analysis.penetration import penetration_depth, time_inside
+from scenarios.analysis.tangential import tangential_freedom
 from scenarios.analysis.trace import Trace
 from scenarios.hands_on.parts import Part
 from scenarios.hands_on.scene import HandsOnScene
@@ -109,7 +113,7 @@ def slipped(touching: NDArray[np.bool_], clearances: Array, reach: float, period
 
 
 def summary(trace: Trace, scene: HandsOnScene, parts: Mapping[str, Part]) -> dict[str, Any]:
-    """What `vfi run --json` prints of a hands-on run; the keys are documented in docs/hands_on.md."""
+    """What `vfi run --json` prints of a hands-on run; the keys are documented in docs/metrics.md."""
     header, robot, period = trace.header, scene.build_robot(), float(trace.header["period_s"])
     port = np.array(scene.port)
     ends, axes = shaft_lines(scene, robot, trace)
@@ -120,6 +124,8 @@ def summary(trace: Trace, scene: HandsOnScene, parts: Mapping[str, Part]) -> dic
     times, states, limited = trace["cycle_us"], trace["state"], trace["limited"].astype(int)
     p5, median, p99 = (float(p) for p in np.percentile(times, [5, 50, 99]))
     travel = float(np.linalg.norm(np.diff(ends, axis=0), axis=1).sum())
+    smallest = _smallest(np.append(inner, at))
+    push, jerks = boundary_force(trace, scene), jerk(ends, period)
     return {
         "scene": header["scene"],
         "robot": header["robot"],
@@ -133,7 +139,10 @@ def summary(trace: Trace, scene: HandsOnScene, parts: Mapping[str, Part]) -> dic
         "port_error_m": {"max": float(offset.max()), "rms": float(np.sqrt(np.mean(offset**2)))},
         "reference_port_error_m": _norms(trace["x_c"]),
         "guided_reference_port_error_m": _largest_where(trace["x_c"], guided(ends, axes, period)),
-        "clearance_m": {"at_samples": _smallest(at), "between_samples": _smallest(np.append(inner, at))},
+        "clearance_m": {"at_samples": _smallest(at), "between_samples": smallest},
+        "penetration_depth_m": penetration_depth(smallest),
+        "time_inside_s": time_inside(at, period),
+        "felt_clearance_m": felt_clearance(push, at),
         "passivity_excess_J": float(trace["excess"][-1]),
         "passivity_excess_chord_J": float(trace["excess_chord"][-1]),
         "hand_work_J": float(trace["hand"][-1]),
@@ -143,6 +152,7 @@ def summary(trace: Trace, scene: HandsOnScene, parts: Mapping[str, Part]) -> dic
         "slipped": slipped(touching, at, scene.parameters.d_0, period),
         "max_force_N": float(force.max()),
         "mean_force_N": float(force.mean()),
+        "max_boundary_force_N": float(np.linalg.norm(push, axis=1).max()),
         "max_repulsion_N": float(np.linalg.norm(trace["repulsion"][:, :3], axis=1).max()),
         "contact_force_N": {
             name.removeprefix("contact_"): float(np.linalg.norm(trace[name], axis=1).max())
@@ -150,12 +160,15 @@ def summary(trace: Trace, scene: HandsOnScene, parts: Mapping[str, Part]) -> dic
             if name.startswith("contact_")
         },
         "travel_m": travel,
+        "tangential_freedom": tangential_freedom(trace, scene, parts),
+        "jerk_m_s3": {"max": float(jerks.max(initial=0.0)), "rms": float(np.sqrt(np.mean(jerks**2))) if len(jerks) else 0.0},
         "speed_m_s": {"max": float(np.linalg.norm(np.diff(ends, axis=0), axis=1).max() / period)},
         "substeps": {"mean": float(trace["substeps"].mean()), "max": int(trace["substeps"].max())},
         "limited_cycles": {
             word: int(np.count_nonzero(limited & bit))
             for word, bit in (("velocity", 1), ("position", 2), ("singularity", 4), ("port", 8), ("substeps", 16))
         },
+        "guard_interventions": int(np.count_nonzero(trace["interventions"])) if "interventions" in trace.columns else 0,
         "degraded_cycles": int(np.count_nonzero(states == 1.0)),
         "stopped_cycles": int(np.count_nonzero(states > 1.0)),
         "events": [event._asdict() for event in trace.events[:EVENTS]],

@@ -1,0 +1,41 @@
+"""What the boundary puts on the hand: the force that keeps the tool out, whoever exerts it, and where it is first felt.
+
+The target admittance is M dv/dt + D v = f + f_b, with f the hand's force in free coordinates and f_b that of potentials
+and rows together. All but f_b is in the trace, so f_b is what is left, and is defined alike for every enforcement.
+"""
+
+import numpy as np
+
+from primitives.checks import Array
+from scenarios.analysis.free_motion import free_trace
+from scenarios.analysis.trace import Trace
+from scenarios.hands_on.scene import HandsOnScene
+
+FELT = 1.0
+"""N at the shaft's end from which on the boundary counts as felt."""
+
+
+def boundary_force(trace: Trace, scene: HandsOnScene) -> Array:
+    """(k, 3) force of the boundary in each cycle as one at the end of the shaft, world axes, N.
+
+    The force along the shaft, and the torque about the port as the force at the shaft's end that has it. D v is taken
+    at the mean of the velocities before and after, so it errs by at most half of what D v changes in a cycle. Zero in
+    the first cycle, before which there is none, and where limits held the motion back, whose part cannot be told.
+    """
+    period, masses = float(trace.header["period_s"]), np.array(scene.parameters.inertia)
+    free = free_trace(trace, scene)
+    left = masses * (free.after - free.before) / period + free.damping * 0.5 * (free.after + free.before) - free.hand
+    away = free.ends - np.array(scene.port)
+    aside = np.cross(left[:, 1:], away) / np.sum(away**2, axis=1)[:, None]
+    out = np.zeros((len(left) + 1, 3))
+    out[1:] = np.where(trace["limited"][1:, None] == 0.0, left[:, :1] * free.axes + aside, 0.0)
+    return out
+
+
+def felt_clearance(force: Array, clearance: Array) -> float | None:
+    """Clearance, metres, that the tool had when the boundary's force first exceeded `FELT`; None where it never did.
+
+    force (k, 3), N, in each cycle; clearance (k,), metres, at the end of each.
+    """
+    felt = np.flatnonzero(np.linalg.norm(force[1:], axis=1) > FELT)
+    return float(clearance[felt[0]]) if len(felt) and np.isfinite(clearance[felt[0]]) else None
