@@ -40,9 +40,9 @@ class HandsOnJob:
         """The anatomy, built once."""
         return build_parts(self.scene.anatomy, np.array(self.scene.port))
 
-    def with_seed(self, seed: int) -> "HandsOnJob":
-        """The same run with another seed, in the same anatomy."""
-        other = replace(self, seed=seed)
+    def with_seed(self, seed: int, file: Path | None = None) -> "HandsOnJob":
+        """The same run with another seed, in the same anatomy; its trace goes to a file, or nowhere."""
+        other = replace(self, seed=seed, file=file)
         other.__dict__["parts"] = self.parts
         return other
 
