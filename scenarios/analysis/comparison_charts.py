@@ -180,8 +180,7 @@ def in_space(views: Sequence[RunView], scene: HandsOnScene, parts: Mapping[str, 
         points = points[:: max(1, len(points) // CLOUD_POINTS)]
         forbidden = name in scene.forbidden
         label = f"{name} (forbidden)" if forbidden else name
-        clouds.append(Dots(label, points, "#C77F6B" if forbidden else "#9DB89A", 3.5, 0.55))
-    clouds.append(Dots("port", np.zeros((1, 3)), BLACK, 6.0, 1.0))
+        clouds.append(Dots(label, points, "#C77F6B" if forbidden else "#9DB89A", 3.0, 0.3))
     paths = tuple(
         (v.label, 1e3 * (v.ends[:: max(1, len(v.ends) // POINTS)] - port), v.colour, v.dash) for v in views
     )

@@ -15,7 +15,7 @@ from scenarios.analysis.picture import Chart, Panel, Picture, Space
 PIXELS = 110.0
 """Pixels of a page that make an inch."""
 WIDTH = 1040.0 / PIXELS
-DASHES = {"solid": "-", "dash": (0, (5, 2)), "dot": ":", "dashdot": "-."}
+DASHES = {"solid": "-", "dash": (0, (6, 4)), "dot": ":", "dashdot": "-."}
 MARKERS = {"dots": ("o", 3.0, 0.45), "diamonds": ("D", 7.0, 1.0)}
 
 
@@ -54,7 +54,7 @@ def _panel(axes: Axes, panel: Panel) -> None:
     for level in panel.levels:
         axes.axhline(level.y, color="#9A9A9A", linewidth=0.9, linestyle="--")
         axes.annotate(
-            level.label, (1.0, level.y), xycoords=axes.get_yaxis_transform(), ha="right", va="bottom", fontsize=8
+            level.label, (0.5, level.y), xycoords=axes.get_yaxis_transform(), ha="center", va="bottom", fontsize=8
         )
     if panel.rows:
         axes.set_yticks(list(panel.rows), labels=list(panel.rows.values()))
@@ -94,6 +94,6 @@ def _space(space: Space) -> Figure:
         getattr(axes, f"set_{name}label")(space.axis_label.replace("x", name, 1), labelpad=8)
         getattr(axes, f"{name}axis").set_major_locator(MaxNLocator(5))
     axes.set_box_aspect(tuple(half), zoom=0.85)
-    axes.view_init(elev=18, azim=-55)
+    axes.view_init(elev=32, azim=-50)
     made.legend(loc="outside upper left", ncols=6, frameon=False, markerscale=2.0)
     return made

@@ -9,6 +9,7 @@ from scenarios.analysis.picture import Chart, Line, Panel, Picture, Space
 
 FONT = {"family": "system-ui, -apple-system, 'Segoe UI', 'Liberation Sans', sans-serif", "size": 13, "color": "#333333"}
 GRID, EDGE, SHADE = "#E9E9E9", "#9A9A9A", "rgba(213, 94, 0, 0.09)"
+DASHES = {"solid": "solid", "dash": "12px,7px", "dot": "dot", "dashdot": "dashdot"}
 SYMBOLS = {"dots": "circle", "diamonds": "diamond"}
 LEGEND, TITLE, FOOT = 34, 26, 52
 """Pixels for the legend above, a panel's title, and the axis below it."""
@@ -32,7 +33,7 @@ def _line(line: Line, axes: dict[str, str], first: bool) -> dict[str, Any]:
         marker = look | {"symbol": SYMBOLS[line.marks], "size": 4 if small else 11, "opacity": 0.45 if small else 1.0}
         drawn: dict[str, Any] = {"mode": "markers", "marker": marker}
     else:
-        drawn = {"mode": "lines", "line": look | {"dash": line.dash, "width": line.width}}
+        drawn = {"mode": "lines", "line": look | {"dash": DASHES[line.dash], "width": line.width}}
     return {
         "type": "scatter",
         "name": line.label,
@@ -58,7 +59,7 @@ def _chart(chart: Chart) -> dict[str, Any]:
         number = "" if i == 0 else str(i + 1)
         axes = {"xaxis": f"x{number}", "yaxis": f"y{number}"}
         row, column = divmod(i, columns)
-        gap = 0.09 if columns > 1 else 0.0
+        gap = 0.13 if columns > 1 else 0.0
         width = (1.0 - gap * (columns - 1)) / columns
         left = column * (width + gap)
         plot = rows * (chart.panel_height + TITLE + FOOT) - FOOT
@@ -69,7 +70,8 @@ def _chart(chart: Chart) -> dict[str, Any]:
         if chart.shared_x and i:
             layout[f"xaxis{number}"]["matches"] = "x"
         if panel.rows:
-            layout[f"yaxis{number}"] |= {"tickvals": list(panel.rows), "ticktext": list(panel.rows.values())}
+            names = {"tickvals": list(panel.rows), "ticktext": list(panel.rows.values()), "zeroline": False}
+            layout[f"yaxis{number}"] |= names
         layout["annotations"].append(_title(panel.title, left, top))
         _add_marks(layout, panel, number)
         for line in panel.lines:
@@ -93,7 +95,7 @@ def _layout(height: int) -> dict[str, Any]:
 
 def _axis(label: str, domain: list[float], limits: tuple[float, float] | None, anchor: str) -> dict[str, Any]:
     return {
-        "title": {"text": label, "standoff": 8},
+        "title": {"text": label, "standoff": 8, "font": {"size": 12.5}},
         "domain": domain,
         "anchor": anchor,
         "gridcolor": GRID,
@@ -129,9 +131,9 @@ def _add_marks(layout: dict[str, Any], panel: Panel, number: str) -> None:
                 "showarrow": False,
                 "xref": f"x{number} domain",
                 "yref": f"y{number}",
-                "x": 1,
+                "x": 0.5,
                 "y": level.y,
-                "xanchor": "right",
+                "xanchor": "center",
                 "yanchor": "bottom",
                 "font": {"size": 11, "color": "#666666"},
             }
@@ -156,7 +158,7 @@ def _space(space: Space) -> dict[str, Any]:
         }
         for name in "xyz"
     }
-    eye = {"x": 1.3, "y": -1.5, "z": 0.75}
+    eye = {"x": 1.15, "y": -1.25, "z": 1.05}
     layout["scene"] = {**axes, "aspectmode": "data", "camera": {"eye": eye}}
     layout["margin"] = {"l": 0, "r": 0, "t": LEGEND, "b": 0}
     return {"data": data, "layout": layout}

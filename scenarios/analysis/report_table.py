@@ -38,7 +38,8 @@ def shown(value: float) -> str:
 def _range(interval: Interval, scale: float) -> str:
     if interval.low is None or interval.high is None:
         return ""
-    return f"{shown(scale * interval.low)} \N{EN DASH} {shown(scale * interval.high)}"
+    low, high = shown(scale * interval.low), shown(scale * interval.high)
+    return "" if low == high else f"{low} \N{EN DASH} {high}"
 
 
 def _entry(cell: Cell, measure: Measure) -> Entry:
@@ -93,7 +94,7 @@ def differences(cells: Sequence[Cell]) -> tuple[list[str], list[Row]]:
 def merits(cells: Sequence[Cell]) -> list[tuple[str, str]]:
     """For every cell that was better at something: its name, and at what."""
     labels = {m.key: m.label for m in MEASURES}
-    return [(c.name, ", ".join(labels[k] for k in labels if k in c.better)) for c in cells if c.better]
+    return [(c.name, "; ".join(labels[k] for k in labels if k in c.better)) for c in cells if c.better]
 
 
 def notes(cells: Sequence[Cell]) -> list[str]:
