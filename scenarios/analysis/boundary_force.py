@@ -35,7 +35,7 @@ def boundary_force(trace: Trace, scene: HandsOnScene) -> Array:
 def felt_clearance(force: Array, clearance: Array) -> float | None:
     """Clearance, metres, that the tool had when the boundary's force first exceeded `FELT`; None where it never did.
 
-    force (k, 3), N, in each cycle; clearance (k,), metres, at the end of each.
+    force (k,), N, in each cycle; clearance (k,), metres, at the end of each.
     """
-    felt = np.flatnonzero(np.linalg.norm(force[1:], axis=1) > FELT)
+    felt = np.flatnonzero(force[1:] > FELT)
     return float(clearance[felt[0]]) if len(felt) and np.isfinite(clearance[felt[0]]) else None

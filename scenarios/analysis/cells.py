@@ -1,7 +1,7 @@
 """The runs of a comparison, gathered: what each arm, enforcement and guard did, and which was better at what."""
 
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass, field
+from dataclasses import dataclass, replace
 from typing import Any
 
 from scenarios.analysis.measures import MEASURES, Measure
@@ -10,6 +10,7 @@ from scenarios.analysis.statistics import Interval, median_interval, paired_inte
 Result = Mapping[str, Any]
 WORST = {"clearance_m.between_samples": min, "port_error_m.max": max, "passivity_excess_J": max}
 """Figures of which the worst run counts, not the median."""
+GUARDED = {"off": "guard off", "watch": "guard watches", "act": "guard acts"}
 TRIFLE = 1e-9
 """Differences below this, in the measure's SI unit, are rounding: no merit."""
 
@@ -20,6 +21,7 @@ class Cell:
 
     Attributes
     ----------
+    name : what tells the cell from others of its arm: the enforcement, and the guard where there are several.
     better : keys of the measures at which every other cell of the arm did worse; see `gather`.
     """
 
@@ -27,12 +29,13 @@ class Cell:
     enforcement: str
     guard: str
     runs: tuple[Result, ...]
-    better: frozenset[str] = field(default=frozenset())
+    name: str
+    better: frozenset[str] = frozenset()
 
     @property
-    def name(self) -> str:
-        """What tells the cell from others of its arm."""
-        return self.enforcement if self.guard == "off" else f"{self.enforcement}, guard {self.guard}"
+    def bounded(self) -> bool:
+        """Whether anything keeps the tool out: without an enforcement, a guard that acts does."""
+        return self.enforcement != "none" or self.guard == "act"
 
     @property
     def slipped(self) -> int:
@@ -61,8 +64,8 @@ class Cell:
         return WORST[measure.key](values) if values and measure.key in WORST else None
 
     def competes(self, measure: Measure) -> bool:
-        """Whether its values say something of a boundary, and of effort: "none" has no boundary."""
-        return self.enforcement != "none" and not (measure.effort and self.slipped) and bool(self.values(measure))
+        """Whether it has a boundary, values, and where they are of effort, no run that slipped off."""
+        return self.bounded and not (measure.effort and self.slipped) and bool(self.values(measure))
 
 
 def difference(measure: Measure, first: Cell, second: Cell) -> Interval | None:
@@ -89,8 +92,12 @@ def gather(results: Sequence[Result]) -> list[Cell]:
     groups: dict[tuple[str, str, str], list[Result]] = {}
     for r in results:
         groups.setdefault((r["robot"], r["enforcement"], r["guard"]), []).append(r)
-    plain = [Cell(*key, tuple(sorted(runs, key=lambda r: int(r["seed"])))) for key, runs in groups.items()]
-    return [Cell(c.robot, c.enforcement, c.guard, c.runs, _merits(c, plain)) for c in plain]
+    alone = len({guard for _, _, guard in groups}) == 1
+    plain = []
+    for (robot, enforcement, guard), runs in groups.items():
+        name = enforcement if alone else f"{enforcement}, {GUARDED[guard]}"
+        plain.append(Cell(robot, enforcement, guard, tuple(sorted(runs, key=lambda r: int(r["seed"]))), name))
+    return [replace(cell, better=_merits(cell, plain)) for cell in plain]
 
 
 def _merits(cell: Cell, cells: Sequence[Cell]) -> frozenset[str]:

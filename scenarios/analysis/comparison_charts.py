@@ -1,4 +1,4 @@
-"""What is drawn of a comparison on one arm, as data: the runs of one seed over time, in space, and against each other."""
+"""What is drawn of a comparison on one arm, as data: the runs of one seed, over time and in space."""
 
 from collections.abc import Callable, Mapping, Sequence
 
@@ -10,6 +10,7 @@ from scenarios.analysis.figures import thin
 from scenarios.analysis.picture import (
     BLACK,
     BLUE,
+    GREEN,
     GREY,
     ORANGE,
     PURPLE,
@@ -24,24 +25,44 @@ from scenarios.analysis.picture import (
     Space,
 )
 from scenarios.analysis.run_view import RunView
+from scenarios.analysis.trace import Trace
 from scenarios.hands_on.parts import Part
 from scenarios.hands_on.scene import HandsOnScene
 
 POINTS = 900
 """Points of a curve; its smallest and largest values are kept."""
+LEDGER_POINTS = 300
 CLOUD_POINTS = 3000
 TIME = "time [s]"
 SIGHT = 1.6
 """How far clearance is drawn, in ranges d_0: beyond, nothing acts."""
-LEDGER = (
-    ("work of the hand", "hand", 1.0, BLUE),
-    ("damping", "dissipated", -1.0, VERMILION),
-    ("numerical", "numerical", 1.0, PURPLE),
-    ("rows and limits", "limited_work", 1.0, ORANGE),
-    ("potentials in steps", "barrier", 1.0, SKY),
-    ("stored", "storage", 1.0, BLACK),
-)
-"""Terms of the energy ledger: name, column of the trace, sign, colour. The stored energy is the sum of the others."""
+TERMS = {
+    "work of the hand": BLUE,
+    "damping": VERMILION,
+    "numerical": PURPLE,
+    "rows that keep": ORANGE,
+    "recovery and moving regions": GREY,
+    "limits, port and guard": GREEN,
+    "potentials in steps": SKY,
+    "stored": BLACK,
+}
+"""Terms of the energy ledger and their colours. The stored energy is the sum of the others."""
+
+
+def ledger_terms(trace: Trace) -> dict[str, Array]:
+    """{term: (k,) J since the start}, by the names in `TERMS`."""
+    rows, ports = trace.header["ports"], trace["ports"]
+    keeping, recovering, moving = (ports[:, rows.index(name)] for name in ("keeping", "recovering", "moving"))
+    return {
+        "work of the hand": trace["hand"],
+        "damping": -trace["dissipated"],
+        "numerical": trace["numerical"],
+        "rows that keep": keeping,
+        "recovery and moving regions": recovering + moving + trace["clouds"],
+        "limits, port and guard": trace["limited_work"] - keeping - recovering - moving,
+        "potentials in steps": trace["barrier"],
+        "stored": trace["storage"],
+    }
 
 
 def pictures(views: Sequence[RunView], scene: HandsOnScene, parts: Mapping[str, Part]) -> list[Picture]:
@@ -78,9 +99,11 @@ def margins(views: Sequence[RunView], scene: HandsOnScene) -> Chart:
         0.0,
         y_range=(min(1.15 * lowest, -0.08 * d_0), SIGHT * d_0),
     )
-    port = Panel("Distance of the port from the shaft", TIME, "port error [µm]", _curves(views, lambda v: 1e6 * v.port_error))
+    port = Panel(
+        "Distance of the port from the shaft", TIME, "port error [µm]", _curves(views, lambda v: 1e6 * v.port_error)
+    )
     caption = (
-        "Above: how far the tool's surface is from the spheres of the forbidden region; in the shaded part it is inside. "
+        "Above: how far the tool's surface is from the spheres of the forbidden region; shaded: inside. "
         f"Drawn up to {SIGHT:g} d₀, farther off nothing acts. Below: how far the port is from the line of the shaft."
     )
     return Chart("margins", "Margins against time", caption, (kept, port))
@@ -99,8 +122,8 @@ def forces(views: Sequence[RunView]) -> Chart:
         ),
     )
     caption = (
-        "Above: what the hand exerts. Below: what potentials and rows exert together to keep the tool out, as a force at "
-        "the end of the shaft: what of the tool's motion neither the hand, nor inertia, nor damping accounts for."
+        "Above: what the hand exerts. Below: what potentials and rows exert together to keep the tool out, as a force "
+        "at the end of the shaft: what of the motion neither the hand, nor inertia, nor damping accounts for."
     )
     return Chart("forces", "Forces against time", caption, panels)
 
@@ -126,8 +149,8 @@ def force_against_clearance(views: Sequence[RunView], scene: HandsOnScene) -> Ch
         x_range=(min(1.1 * lowest, -0.06 * d_0), 1.2 * d_0),
     )
     caption = (
-        "How the boundary makes itself felt: a potential pushes harder the nearer the tool comes, rows alone act only at the "
-        "boundary, with whatever force it takes. Left of zero the tool is inside."
+        "How the boundary makes itself felt: a potential pushes harder the nearer the tool comes, rows alone act only "
+        "at the boundary, with whatever force it takes. Left of zero the tool is inside."
     )
     return Chart("force-clearance", "Force against clearance", caption, (panel,), panel_height=340)
 
@@ -137,25 +160,22 @@ def ledger(views: Sequence[RunView]) -> Chart:
     panels, low, high = [], 0.0, 0.0
     for view in views:
         lines = []
-        for label, column, sign, colour in LEDGER:
-            y = sign * view.trace[column]
-            keep = thin(y, POINTS)
+        for label, y in ledger_terms(view.trace).items():
+            keep = thin(y, LEDGER_POINTS)
             low, high = min(low, float(y.min())), max(high, float(y.max()))
-            lines.append(Line(label, view.t[keep], y[keep], colour))
+            lines.append(Line(label, view.t[keep], y[keep], TERMS[label]))
         panels.append((view.label, tuple(lines)))
     room = 0.06 * (high - low) or 1.0
     caption = (
-        "What has entered and left the tool's motion since the start. The stored energy (kinetic and of the potentials) is "
-        "the sum of the others. Motion is passive as long as nothing but the hand puts energy in: all terms but the hand's "
-        "stay at or below zero."
+        "What has entered and left the tool's motion since the start. The stored energy (kinetic and potential) "
+        "is the sum of the others. Motion is passive as long as nothing but the hand, and what moves by itself, puts "
+        "energy in: then no other term rises above zero."
     )
     return Chart(
         "ledger",
         "Energy ledger",
         caption,
-        tuple(
-            Panel(label, TIME, "energy [J]", lines, y_range=(low - room, high + room)) for label, lines in panels
-        ),
+        tuple(Panel(label, TIME, "energy [J]", lines, y_range=(low - room, high + room)) for label, lines in panels),
         columns=2,
         panel_height=230,
     )
@@ -165,10 +185,15 @@ def way(views: Sequence[RunView], scene: HandsOnScene) -> Chart:
     """Where the end of the shaft was."""
     port = np.array(scene.port)
     panels = [
-        Panel(f"{name}, from the port", TIME, f"{name} [mm]", _curves(views, lambda v, i=i: 1e3 * (v.ends[:, i] - port[i])))
+        Panel(
+            f"{name}, from the port",
+            TIME,
+            f"{name} [mm]",
+            _curves(views, lambda v, i=i: 1e3 * (v.ends[:, i] - port[i])),
+        )
         for i, name in enumerate("xyz")
     ]
-    caption = "Traces of the end of the shaft, world axes, from the port. Where curves part, the boundary holds one of them back."
+    caption = "Traces of the end of the shaft, world axes, from the port. Where curves part, a boundary holds one back."
     return Chart("way", "Where the tool went", caption, tuple(panels), panel_height=190)
 
 
@@ -181,9 +206,7 @@ def in_space(views: Sequence[RunView], scene: HandsOnScene, parts: Mapping[str, 
         forbidden = name in scene.forbidden
         label = f"{name} (forbidden)" if forbidden else name
         clouds.append(Dots(label, points, "#C77F6B" if forbidden else "#9DB89A", 3.0, 0.3))
-    paths = tuple(
-        (v.label, 1e3 * (v.ends[:: max(1, len(v.ends) // POINTS)] - port), v.colour, v.dash) for v in views
-    )
+    paths = tuple((v.label, 1e3 * (v.ends[:: max(1, len(v.ends) // POINTS)] - port), v.colour, v.dash) for v in views)
     whole = any(f.keeps_out == "tool" for f in scene.forbidden.values())
     caption = (
         "Paths of the end of the shaft over the points of the anatomy. Every point stands for a sphere around it that "

@@ -25,8 +25,8 @@ class Difference:
     header : {key: pair} where they differ; of nested ones only the keys that do. scene : lines of the resolved scenes,
         "-" of A and "+" of B. columns : pairs of quantities that only one has.
     cycles : pair. first : cycle, t (s), quantity, joint and by (B - A) of the first command that differs, or None.
-    apart : {quantity: {max, at_cycle, rms}} of q, q̇ and every margin or clearance, in their units, B - A over the cycles
-        that both have. differing : every quantity that is not equal to the bit.
+    apart : {quantity: {max, at_cycle, rms}} of q, q̇ and every margin or clearance, in their units, B - A over the
+        cycles that both have. differing : every quantity that is not equal to the bit.
     events : pair of lists of changes of state, or None where they are equal. metrics : {key: pair} where they differ.
     """
 

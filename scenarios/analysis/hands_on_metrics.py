@@ -9,7 +9,7 @@ from numpy.typing import NDArray
 from primitives.checks import Array
 from primitives.kinematics import snapshot
 from primitives.robot import Robot
-from scenarios.analysis.boundary_force import boundary_force, felt_clearance
+from scenarios.analysis.boundary_force import FELT, boundary_force, felt_clearance
 from scenarios.analysis.jerk import jerk
 from scenarios.analysis.metrics import EVENTS
 from scenarios.analysis.penetration import penetration_depth, time_inside
@@ -104,7 +104,7 @@ def between(scene: HandsOnScene, robot: Robot, parts: Mapping[str, Part], q: Arr
 def slipped(touching: NDArray[np.bool_], clearances: Array, reach: float, period: float) -> bool:
     """Whether the tool jumped off a region: soon after the repulsion ended it was farther off by more than its range.
 
-    touching (k,) says where there is repulsion, clearances (k,) how far the tool is from the spheres, metres; reach is
+    touching (k,) says where the boundary pushes, clearances (k,) how far the tool is from the spheres, metres; reach is
     d_0, metres.
     """
     window = max(1, round(SLIP / period))
@@ -120,12 +120,12 @@ def summary(trace: Trace, scene: HandsOnScene, parts: Mapping[str, Part]) -> dic
     offset = port_offset(port, ends, axes)
     at, inner = clearance(scene, parts, ends, axes), between(scene, robot, parts, trace["plant_q"])
     force = np.linalg.norm(trace["hand_wrench"][:, :3], axis=1)
-    touching = np.linalg.norm(trace["repulsion"], axis=1) > 0.0
     times, states, limited = trace["cycle_us"], trace["state"], trace["limited"].astype(int)
     p5, median, p99 = (float(p) for p in np.percentile(times, [5, 50, 99]))
     travel = float(np.linalg.norm(np.diff(ends, axis=0), axis=1).sum())
     smallest = _smallest(np.append(inner, at))
-    push, jerks = boundary_force(trace, scene), jerk(ends, period)
+    push, jerks = np.linalg.norm(boundary_force(trace, scene), axis=1), jerk(ends, period)
+    touching = (np.linalg.norm(trace["repulsion"], axis=1) > 0.0) | (push > FELT)
     return {
         "scene": header["scene"],
         "robot": header["robot"],
@@ -154,7 +154,7 @@ def summary(trace: Trace, scene: HandsOnScene, parts: Mapping[str, Part]) -> dic
         "slipped": slipped(touching, at, scene.parameters.d_0, period),
         "max_force_N": float(force.max()),
         "mean_force_N": float(force.mean()),
-        "max_boundary_force_N": float(np.linalg.norm(push, axis=1).max()),
+        "max_boundary_force_N": float(push.max()),
         "max_repulsion_N": float(np.linalg.norm(trace["repulsion"][:, :3], axis=1).max()),
         "contact_force_N": {
             name.removeprefix("contact_"): float(np.linalg.norm(trace[name], axis=1).max())
@@ -163,14 +163,16 @@ def summary(trace: Trace, scene: HandsOnScene, parts: Mapping[str, Part]) -> dic
         },
         "travel_m": travel,
         "tangential_freedom": tangential_freedom(trace, scene, parts),
-        "jerk_m_s3": {"max": float(jerks.max(initial=0.0)), "rms": float(np.sqrt(np.mean(jerks**2))) if len(jerks) else 0.0},
+        "jerk_m_s3": {
+            "max": float(jerks.max(initial=0.0)),
+            "rms": float(np.sqrt(np.sum(jerks**2) / max(len(jerks), 1))),
+        },
         "speed_m_s": {"max": float(np.linalg.norm(np.diff(ends, axis=0), axis=1).max() / period)},
         "substeps": {"mean": float(trace["substeps"].mean()), "max": int(trace["substeps"].max())},
         "limited_cycles": {
             word: int(np.count_nonzero(limited & bit))
             for word, bit in (("velocity", 1), ("position", 2), ("singularity", 4), ("port", 8), ("substeps", 16))
         },
-        "guard_interventions": int(np.count_nonzero(trace["interventions"])) if "interventions" in trace.columns else 0,
         "degraded_cycles": int(np.count_nonzero(states == 1.0)),
         "stopped_cycles": int(np.count_nonzero(states > 1.0)),
         "events": [event._asdict() for event in trace.events[:EVENTS]],

@@ -6,7 +6,7 @@ from scipy.signal import savgol_filter
 from primitives.checks import Array
 
 WINDOW = 0.04
-"""Seconds over which a cubic is fitted. The joints move in steps of a period each: undone differences would tell these."""
+"""Seconds over which a cubic is fitted. The joints move in steps of a period each: differences would tell these."""
 ORDER = 3
 
 

@@ -50,5 +50,5 @@ MEASURES = (
     Measure("cycle_us.median", "cycle time, median", "µs", better=""),
     Measure("cycle_us.p99", "cycle time, p99", "µs", better=""),
 )
-"""Of hands-on runs. A larger clearance is no merit once it is positive, nor is a boundary that is felt from farther off;
-cycle times depend on what else the machine did."""
+"""Of hands-on runs. A larger clearance is no merit once it is positive, nor is a boundary felt from farther off; cycle
+times depend on what else the machine did."""

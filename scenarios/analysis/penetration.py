@@ -6,7 +6,7 @@ from primitives.checks import Array
 
 
 def penetration_depth(smallest: float | None) -> float:
-    """Metres by which the smallest clearance of a run lies below zero; 0 where no region was entered, or there is none."""
+    """Metres by which the smallest clearance of a run lies below zero; 0 where no region was entered."""
     return max(0.0, -smallest) if smallest is not None else 0.0
 
 

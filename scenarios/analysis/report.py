@@ -10,7 +10,7 @@ import numpy as np
 
 from primitives.errors import FileError, InputError
 from scenarios.analysis import draw_matplotlib, draw_plotly, report_table
-from scenarios.analysis.cells import Cell
+from scenarios.analysis.cells import GUARDED, Cell
 from scenarios.analysis.comparison_charts import pictures
 from scenarios.analysis.comparison_folder import FIGURES, REPORT, Comparison
 from scenarios.analysis.figures import save
@@ -67,7 +67,7 @@ def _pictures(comparison: Comparison, cells: Sequence[Cell]) -> tuple[list[Pictu
     if not isinstance(scene, HandsOnScene):
         raise InputError(f'scene "{scene.name}" follows a trajectory; a report takes scenes that a hand leads')
     parts = build_parts(scene.anatomy, np.array(scene.port))
-    views = [view(cell.name, trace, scene, parts) for cell, trace in zip(cells, traces, strict=True)]
+    views = [view(cell, trace, scene, parts) for cell, trace in zip(cells, traces, strict=True)]
     drawn = pictures(views, scene, parts)
     if len(cells[0].runs) > 1:
         drawn.insert(0, spread(cells))
@@ -111,6 +111,7 @@ def _facts(comparison: Comparison, cells: Sequence[Cell], arms: Sequence[str]) -
         "plant": first["plant"],
         "period_ms": f"{1e3 * float(first['period_s']):g}",
         "integrator": first["integrator"],
+        "guards": ", ".join(dict.fromkeys(GUARDED[cell.guard] for cell in cells)),
         "versions": first["versions"],
         "command": comparison.command,
         "level": f"{LEVEL:.0%}",

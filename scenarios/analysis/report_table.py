@@ -75,7 +75,7 @@ def rows(cells: Sequence[Cell]) -> list[Row]:
 
 def differences(cells: Sequence[Cell]) -> tuple[list[str], list[Row]]:
     """Names of the pairs of cells that can be compared, and the median difference of each in every measure."""
-    able = [c for c in cells if c.enforcement != "none"]
+    able = [c for c in cells if c.bounded]
     pairs = [(a, b) for i, a in enumerate(able) for b in able[i + 1 :]]
     lines = []
     for measure in MEASURES:
@@ -107,5 +107,3 @@ def notes(cells: Sequence[Cell]) -> list[str]:
                 "(in grey) mean nothing beside the others and are not compared."
             )
     return out
-
-

@@ -7,6 +7,7 @@ import numpy as np
 
 from primitives.checks import Array
 from scenarios.analysis.boundary_force import boundary_force
+from scenarios.analysis.cells import Cell
 from scenarios.analysis.hands_on_metrics import clearance, port_offset, shaft_lines
 from scenarios.analysis.picture import BLACK, BLUE, GREEN, GREY, VERMILION, Dash
 from scenarios.analysis.trace import Trace
@@ -21,6 +22,7 @@ LOOKS: Mapping[str, tuple[str, Dash]] = {
 }
 """Colour and dashes of each enforcement; of runs that lie on each other the dashed one lets the other show."""
 GUARDED: Dash = "dashdot"
+"""Of runs whose guard acts where others' do not."""
 
 
 @dataclass(frozen=True)
@@ -50,17 +52,17 @@ class RunView:
         return self.trace.t
 
 
-def look(enforcement: str, guard: str) -> tuple[str, Dash]:
+def look(cell: Cell) -> tuple[str, Dash]:
     """Colour and dashes of a cell."""
-    colour, dash = LOOKS.get(enforcement, (BLACK, "solid"))
-    return colour, dash if guard == "off" else GUARDED
+    colour, dash = LOOKS.get(cell.enforcement, (BLACK, "solid"))
+    return colour, GUARDED if cell.guard == "act" and cell.name != cell.enforcement else dash
 
 
-def view(label: str, trace: Trace, scene: HandsOnScene, parts: Mapping[str, Part]) -> RunView:
-    """Compute what is drawn of a run."""
+def view(cell: Cell, trace: Trace, scene: HandsOnScene, parts: Mapping[str, Part]) -> RunView:
+    """Compute what is drawn of a run of a cell."""
     ends, axes = shaft_lines(scene, scene.build_robot(), trace)
     return RunView(
-        label,
+        cell.name,
         trace,
         ends,
         axes,
@@ -68,5 +70,5 @@ def view(label: str, trace: Trace, scene: HandsOnScene, parts: Mapping[str, Part
         port_offset(np.array(scene.port), ends, axes),
         np.linalg.norm(boundary_force(trace, scene), axis=1),
         np.linalg.norm(trace["hand_wrench"][:, :3], axis=1),
-        *look(trace.header["enforcement"], trace.header["guard"]),
+        *look(cell),
     )

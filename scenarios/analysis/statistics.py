@@ -11,8 +11,8 @@ LEVEL = 0.95
 RESAMPLES = 9999
 SEED = 20260101
 FEWEST = 6
-"""Runs from which on there are intervals: of fewer, even differences that all have one sign arise by chance in more than
-5 % of cases (2 / 2^5), so that no interval of the median could hold at this level."""
+"""Runs from which on there are intervals: of fewer, even differences that all have one sign arise by chance in more
+than 5 % of cases (2 / 2^5), so that no interval of the median could hold at this level."""
 
 
 class Interval(NamedTuple):

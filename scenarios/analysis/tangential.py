@@ -1,6 +1,6 @@
 """How much of the motion along a boundary is left beside it.
 
-A boundary that only holds against would leave the motion along it alone: under a hand's force f the tool would settle at
+A boundary that only holds against leaves the motion along it alone: under a hand's force f the tool would settle at
 v* = P D_0^-1 f, with D_0 the damping that it has at its speed far from any region, and P what the reaction of a
 frictionless wall leaves of a velocity. Tangential freedom is the way along the boundary over the way at v*, near it: 1
 where nothing is lost, less where damping grows near the region or the tool catches between the spheres of a cloud.
@@ -21,7 +21,7 @@ from scenarios.hands_on.parts import Part
 from scenarios.hands_on.scene import HandsOnScene
 
 WINDOW = 0.2
-"""Seconds over which velocities are averaged: several time constants of the target admittance, two periods of tremor."""
+"""Seconds over which velocities are averaged: several time constants of the admittance, two periods of tremor."""
 
 
 class Contact(NamedTuple):
@@ -49,7 +49,7 @@ def contacts(scene: HandsOnScene, parts: Mapping[str, Part], ends: Array, axes: 
         for k, (end, axis) in enumerate(zip(ends, axes, strict=True)):
             found, places, distances = cloud.near(end, end - length * axis, scene.parameters.d_0 + safe)
             i = int(np.argmin(distances)) if len(found) else -1
-            if i >= 0 and 0.0 < distances[i] and distances[i] - safe < nearest[k]:
+            if i >= 0 and distances[i] > 0.0 and distances[i] - safe < nearest[k]:
                 nearest[k], near[k], place[k] = distances[i] - safe, True, places[i]
                 normal[k] = (end - places[i] * axis - points[found[i]]) / distances[i]
     return Contact(near, place, normal)

@@ -21,7 +21,7 @@ def compare(
         "none,admittance,vfi,both"
     ),
     robot: Annotated[str | None, typer.Option(help="Names with commas; default: the scene's.")] = None,
-    guard: Annotated[str, typer.Option(help="Modes with commas; runs led by a hand have: off.")] = "off",
+    guard: Annotated[str, typer.Option(help="Modes with commas: off, watch, act.")] = "watch",
     seeds: Annotated[int, typer.Option(help="Runs of each, with seeds 0, 1, ..; the hand trembles.")] = 1,
     plant: Annotated[PlantName, typer.Option(help="Ideal joints, or physics.")] = PlantName.kinematic,
     out: Annotated[Path | None, typer.Option(help="Folder for traces, report.html and its figures.")] = None,

@@ -5,7 +5,6 @@ from dataclasses import replace
 from pathlib import Path
 from typing import Any
 
-from primitives.checks import known
 from primitives.errors import InputError
 from scenarios.analysis.comparison_folder import trace_file
 from scenarios.hands_on.job import HandsOnJob, hands_on_job
@@ -15,8 +14,6 @@ from scenarios.scene_file import load_any
 
 TREMOR = 0.5
 """N rms of the hand's tremor where several seeds are compared and the hand has none: else all runs would be alike."""
-GUARDS = ("off",)
-"""Guard modes that hands-on runs have."""
 
 
 def prepare_comparison(
@@ -25,17 +22,17 @@ def prepare_comparison(
     robots: Sequence[str | None],
     seeds: int,
     choices: Choices,
-    guards: Sequence[str] = GUARDS,
+    guards: Sequence[str] = ("watch",),
 ) -> list[HandsOnJob]:
     """A job for each arm, enforcement, guard and seed; everything is checked before the first one runs.
 
-    Every cell of an arm has the same scene, anatomy, hand and seeds. With `choices.out` every run leaves its trace there.
+    Every cell of an arm has the same scene, anatomy, hand and seeds. With `choices.out` every run leaves its trace.
     Errors are those of `hands_on_job`.
 
     Raises
     ------
     InputError : the scene follows a trajectory, no seeds, or a cell that is named twice.
-    UnknownNameError : no such guard mode.
+    UnknownNameError : no such guard.
     """
     if seeds < 1:
         raise InputError(f"seeds: expected at least 1, got {seeds}")
@@ -51,20 +48,19 @@ def prepare_comparison(
             scene = scene.with_changes(hand=replace(scene.hand, tremor=TREMOR))
         first: HandsOnJob | None = None
         for enforcement in enforcements:
+            job = hands_on_job(scene, replace(choices, robot=robot, enforcement=enforcement, out=None), first)
+            first = first or job
             for guard in guards:
-                known("guard mode of a hands-on run", guard, GUARDS)
-                chosen = replace(choices, robot=robot, enforcement=enforcement, guard=guard, out=None)
-                job = hands_on_job(scene, chosen, first)
-                first = first or job
-                jobs += [_seeded(job, choices.seed + i, guard, choices.out) for i in range(seeds)]
+                guarded = job.with_changes(guard=guard)
+                guarded.check()
+                jobs += [_seeded(guarded, choices.seed + i, choices.out) for i in range(seeds)]
     return jobs
 
 
-def _seeded(job: HandsOnJob, seed: int, guard: str, out: Path | None) -> HandsOnJob:
-    if out is None:
-        return job.with_seed(seed)
-    names = {"scene": job.scene.name, "robot": job.scene.robot, "plant": job.plant, "enforcement": job.enforcement}
-    return job.with_seed(seed, out / trace_file({**names, "guard": guard, "seed": seed}))
+def _seeded(job: HandsOnJob, seed: int, out: Path | None) -> HandsOnJob:
+    names = {"scene": job.scene.name, "robot": job.scene.robot, "seed": seed}
+    names |= {name: getattr(job, name) for name in ("plant", "enforcement", "guard")}
+    return job.with_changes(seed=seed, file=None if out is None else out / trace_file(names))
 
 
 def run_comparison(

@@ -29,6 +29,8 @@ class HandsOnJob:
     enforcement: str
     seed: int
     file: Path | None
+    guard: str | None = None
+    """See `scenarios.hands_on.enforcement.enforce`."""
 
     @property
     def label(self) -> str:
@@ -40,16 +42,16 @@ class HandsOnJob:
         """The anatomy, built once."""
         return build_parts(self.scene.anatomy, np.array(self.scene.port))
 
-    def with_seed(self, seed: int, file: Path | None = None) -> "HandsOnJob":
-        """The same run with another seed, in the same anatomy; its trace goes to a file, or nowhere."""
-        other = replace(self, seed=seed, file=file)
+    def with_changes(self, **changes: Any) -> "HandsOnJob":
+        """The same run in the same anatomy with another seed, guard or file."""
+        other = replace(self, **changes)
         other.__dict__["parts"] = self.parts
         return other
 
     def check(self) -> None:
         """Build everything that the run will need; raises where something does not fit."""
         robot = self.scene.build_robot()
-        enforce(self.enforcement, self.scene, robot, self.parts)
+        enforce(self.enforcement, self.scene, robot, self.parts, guard=self.guard)
         clouds = {name: part.cloud for name, part in self.parts.items()}
         build_plant(self.plant, self.scene, robot, clouds, self.seed)
 
@@ -59,6 +61,7 @@ class HandsOnJob:
             self.scene,
             plant=self.plant,
             enforcement=self.enforcement,
+            guard=self.guard,
             seed=self.seed,
             out=self.file,
             progress=progress,
