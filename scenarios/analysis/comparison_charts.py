@@ -1,6 +1,7 @@
 """What is drawn of a comparison on one arm, as data: the runs of one seed, over time and in space."""
 
 from collections.abc import Callable, Mapping, Sequence
+from functools import partial
 
 import numpy as np
 
@@ -184,17 +185,16 @@ def ledger(views: Sequence[RunView]) -> Chart:
 def way(views: Sequence[RunView], scene: HandsOnScene) -> Chart:
     """Where the end of the shaft was."""
     port = np.array(scene.port)
-    panels = [
-        Panel(
-            f"{name}, from the port",
-            TIME,
-            f"{name} [mm]",
-            _curves(views, lambda v, i=i: 1e3 * (v.ends[:, i] - port[i])),
-        )
-        for i, name in enumerate("xyz")
-    ]
+    panels = []
+    for i, name in enumerate("xyz"):
+        curves = _curves(views, partial(_coordinate, port=port, i=i))
+        panels.append(Panel(f"{name}, from the port", TIME, f"{name} [mm]", curves))
     caption = "Traces of the end of the shaft, world axes, from the port. Where curves part, a boundary holds one back."
     return Chart("way", "Where the tool went", caption, tuple(panels), panel_height=190)
+
+
+def _coordinate(view: RunView, *, port: Array, i: int) -> Array:
+    return np.array(1e3 * (view.ends[:, i] - port[i]))
 
 
 def in_space(views: Sequence[RunView], scene: HandsOnScene, parts: Mapping[str, Part]) -> Space:

@@ -95,8 +95,8 @@ def _header(a: Mapping[str, Any], b: Mapping[str, Any]) -> dict[str, tuple[Any, 
 
 
 def _scene_lines(a: Trace, b: Trace) -> list[str]:
-    texts = [str(t.header.get(SCENE, "")).splitlines() for t in (a, b)]
-    return [line for line in unified_diff(*texts, lineterm="", n=0) if not line.startswith(("---", "+++", "@@"))]
+    old, new = (str(t.header.get(SCENE, "")).splitlines() for t in (a, b))
+    return [line for line in unified_diff(old, new, lineterm="", n=0) if not line.startswith(("---", "+++", "@@"))]
 
 
 def _first(a: Trace, pairs: Mapping[str, tuple[Array, Array]]) -> dict[str, Any] | None:

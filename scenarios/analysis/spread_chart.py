@@ -27,8 +27,8 @@ def spread(cells: Sequence[Cell]) -> Chart:
     panels = [_panel(m, cells) for m in MEASURES if m.key in SHOWN and any(c.interval(m) for c in cells)]
     caption = (
         f"Dots: one run each. Diamonds: medians; bars: {LEVEL:.0%} bootstrap intervals of the median. Cells may "
-        "overlap here and still differ seed by seed: the marks rest on paired differences, which take out what a seed does to "
-        "all."
+        "overlap here and still differ seed by seed: the marks rest on paired differences, which take out what a seed "
+        "does to all."
     )
     return Chart("spread", "Every seed", caption, tuple(panels), columns=2, panel_height=150, shared_x=False)
 

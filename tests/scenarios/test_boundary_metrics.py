@@ -34,7 +34,7 @@ def done(robot, enforcement, duration=6.0):
 
 @arms
 def test_of_potentials_alone_the_force_of_the_boundary_is_their_repulsion(robot):
-    """The repulsion of each cycle is in the trace; what is left of the motion must be it, to what D v changes in one."""
+    """The repulsion of each cycle is in the trace; what is left of the motion must be it, up to changes of D v."""
     trace, scene, _ = done(robot, "admittance")
     free = free_trace(trace, scene)
     found = boundary_force(trace, scene)[1:]
@@ -83,7 +83,9 @@ def test_what_a_wall_leaves_of_a_velocity_keeps_the_distance_and_loses_least_in_
     left = along_boundary(v, a, damping)
     np.testing.assert_allclose(np.sum(a * left, axis=1), 0.0, atol=1e-12)
     np.testing.assert_allclose(along_boundary(left, a, damping), left, atol=1e-12)
-    for k in range(5):  # the nearest of all velocities with a^T v = 0, by the normal equations of the constrained problem
+    for k in range(
+        5
+    ):  # the nearest of all velocities with a^T v = 0, by the normal equations of the constrained problem
         kkt = np.block([[np.diag(damping[k]), a[k][:, None]], [a[k][None], np.zeros((1, 1))]])
         expected = np.linalg.solve(kkt, [*(damping[k] * v[k]), 0.0])[:4]
         np.testing.assert_allclose(left[k], expected, atol=1e-12)

@@ -26,7 +26,9 @@ def result(enforcement, seed, *, robot="lwr4plus", guard="watch", slipped=False,
 def runs(enforcement, count=8, spread=0.0, **values):
     rng = np.random.default_rng(len(enforcement))
     return [
-        result(enforcement, s, **{k: v + spread * rng.normal() if isinstance(v, float) else v for k, v in values.items()})
+        result(
+            enforcement, s, **{k: v + spread * rng.normal() if isinstance(v, float) else v for k, v in values.items()}
+        )
         for s in range(count)
     ]
 
@@ -102,7 +104,13 @@ def test_a_measure_that_some_run_has_not_is_left_out():
 
 @pytest.mark.parametrize(
     ("value", "text"),
-    [(0.0, "0"), (1.23456, "1.23"), (-0.0069, "\N{MINUS SIGN}0.0069"), (4.8e-14, "4.8e\N{MINUS SIGN}14"), (1234.6, "1235")],
+    [
+        (0.0, "0"),
+        (1.23456, "1.23"),
+        (-0.0069, "\N{MINUS SIGN}0.0069"),
+        (4.8e-14, "4.8e\N{MINUS SIGN}14"),
+        (1234.6, "1235"),
+    ],
 )
 def test_numbers_are_shown_to_three_digits(value, text):
     assert report_table.shown(value) == text

@@ -10,7 +10,7 @@ from scenarios.analysis.statistics import FEWEST, RESAMPLES, median_interval, pa
 @pytest.mark.parametrize("seed", range(4))
 @pytest.mark.parametrize("count", [FEWEST, 20, 101])
 def test_intervals_are_those_of_scipy(seed, count):
-    """Two bootstraps with other random numbers agree to what 9999 resamples leave uncertain: a fiftieth of the spread."""
+    """Two bootstraps with other random numbers agree to what 9999 resamples leave uncertain."""
     values = np.random.default_rng(seed).gamma(2.0, size=count)
     found = median_interval(values)
     oracle = stats.bootstrap(
