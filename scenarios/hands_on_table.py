@@ -43,7 +43,6 @@ TERMINAL = {
     "max_force_N": "peak",
     "jerk_m_s3.rms": "jerk",
     "tangential_freedom": "along",
-    "cycle_us.median": "time",
 }
 """Measures whose medians the comparison shows on a terminal, and their columns; the report has them all."""
 
@@ -57,7 +56,7 @@ def print_comparison(scene: str, cells: Sequence[Cell], files: Sequence[Path], c
             "clearance: smallest of all runs, also between cycles, mm; in, off: runs that entered the region, and that "
             "slipped off it; port: largest distance of the shaft from the port, um; excess: largest of passivity, J. "
             "Medians: felt: clearance from which on the boundary is felt, mm; work, force, peak: of the hand, J, N, N; "
-            "jerk: rms, m/s^3; along: tangential freedom, %; time: median of a cycle, us. *: better than every other "
+            "jerk: rms, m/s^3; along: tangential freedom, %. *: better than every other "
             "enforcement with a boundary, see docs/metrics.md; (): not compared, as runs slipped."
         ),
     )

@@ -11,6 +11,7 @@ Result = Mapping[str, Any]
 WORST = {"clearance_m.between_samples": min, "port_error_m.max": max, "passivity_excess_J": max}
 """Figures of which the worst run counts, not the median."""
 GUARDED = {"off": "guard off", "watch": "guard watches", "act": "guard acts"}
+"""What the guard does, in words."""
 TRIFLE = 1e-9
 """Differences below this, in the measure's SI unit, are rounding: no merit."""
 

@@ -203,11 +203,11 @@ def in_space(views: Sequence[RunView], scene: HandsOnScene, parts: Mapping[str, 
     for name, part in parts.items():
         points = 1e3 * (part.cloud.world_points - port)
         points = points[:: max(1, len(points) // CLOUD_POINTS)]
-        forbidden = name in scene.forbidden
+        forbidden = name in scene.forbidden_parts
         label = f"{name} (forbidden)" if forbidden else name
         clouds.append(Dots(label, points, "#C77F6B" if forbidden else "#9DB89A", 3.0, 0.3))
     paths = tuple((v.label, 1e3 * (v.ends[:: max(1, len(v.ends) // POINTS)] - port), v.colour, v.dash) for v in views)
-    whole = any(f.keeps_out == "tool" for f in scene.forbidden.values())
+    whole = any(region.first.kind == "segment" for region in scene.regions)
     caption = (
         "Paths of the end of the shaft over the points of the anatomy. Every point stands for a sphere around it that "
         f"must not be entered{' by the whole shaft, which comes down from the port' if whole else ''}."

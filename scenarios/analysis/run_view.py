@@ -8,8 +8,9 @@ import numpy as np
 from primitives.checks import Array
 from scenarios.analysis.boundary_force import boundary_force
 from scenarios.analysis.cells import Cell
-from scenarios.analysis.hands_on_metrics import clearance, port_offset, shaft_lines
+from scenarios.analysis.hands_on_metrics import clearance, port_offset
 from scenarios.analysis.picture import BLACK, BLUE, GREEN, GREY, VERMILION, Dash
+from scenarios.analysis.tool_poses import shaft_lines
 from scenarios.analysis.trace import Trace
 from scenarios.hands_on.parts import Part
 from scenarios.hands_on.scene import HandsOnScene
@@ -60,13 +61,14 @@ def look(cell: Cell) -> tuple[str, Dash]:
 
 def view(cell: Cell, trace: Trace, scene: HandsOnScene, parts: Mapping[str, Part]) -> RunView:
     """Compute what is drawn of a run of a cell."""
-    ends, axes = shaft_lines(scene, scene.build_robot(), trace)
+    robot = scene.build_robot()
+    ends, axes = shaft_lines(scene, robot, trace)
     return RunView(
         cell.name,
         trace,
         ends,
         axes,
-        clearance(scene, parts, ends, axes),
+        clearance(scene, robot, parts, trace["plant_q"]),
         port_offset(np.array(scene.port), ends, axes),
         np.linalg.norm(boundary_force(trace, scene), axis=1),
         np.linalg.norm(trace["hand_wrench"][:, :3], axis=1),

@@ -15,9 +15,11 @@ import numpy as np
 from numpy.typing import NDArray
 
 from primitives.checks import Array
+from primitives.robot import Robot
 from scenarios.analysis.free_motion import free_trace
+from scenarios.analysis.tool_poses import kept_away
 from scenarios.analysis.trace import Trace
-from scenarios.hands_on.parts import Part
+from scenarios.hands_on.parts import Part, placed_cloud
 from scenarios.hands_on.scene import HandsOnScene
 
 WINDOW = 0.2
@@ -29,30 +31,31 @@ class Contact(NamedTuple):
 
     Attributes
     ----------
-    near : (k,) whether a region is within d_0. place : (k,) metres from the shaft's end back to the point of the tool
-        that is nearest to it. normal : (k, 3) unit vectors from the region to that point, world.
+    near : (k,) whether a region is within d_0. point : (k, 3) of the tool, nearest to it, world, metres.
+    normal : (k, 3) unit vectors from the region to that point, world.
     """
 
     near: NDArray[np.bool_]
-    place: Array
+    point: Array
     normal: Array
 
 
-def contacts(scene: HandsOnScene, parts: Mapping[str, Part], ends: Array, axes: Array) -> Contact:
-    """Where shafts with ends (k, 3) and directions (k, 3) are within d_0 of a forbidden region, the nearest of each."""
-    near, place, normal = np.zeros(len(ends), dtype=bool), np.zeros(len(ends)), np.zeros((len(ends), 3))
-    nearest = np.full(len(ends), np.inf)
-    for name, forbidden in scene.forbidden.items():
-        cloud = parts[name].cloud
-        points, safe = cloud.world_points, cloud.radius + forbidden.tool_radius
-        length = scene.parameters.shaft_length if forbidden.keeps_out == "tool" else 0.0
-        for k, (end, axis) in enumerate(zip(ends, axes, strict=True)):
-            found, places, distances = cloud.near(end, end - length * axis, scene.parameters.d_0 + safe)
+def contacts(scene: HandsOnScene, robot: Robot, parts: Mapping[str, Part], q: Array) -> Contact:
+    """Where the tool at joints (k, n) is within d_0 of a region, the nearest of each."""
+    near, point, normal = np.zeros(len(q), dtype=bool), np.zeros((len(q), 3)), np.zeros((len(q), 3))
+    nearest = np.full(len(q), np.inf)
+    for region in scene.regions:
+        cloud, safe = placed_cloud(region, parts), region.safe_distance
+        points, reach = cloud.world_points, scene.parameters.d_0 + safe + cloud.radius
+        for k, (start, end) in enumerate(zip(*kept_away(region, robot, q), strict=True)):
+            found, places, distances = cloud.near(start, end, reach)
             i = int(np.argmin(distances)) if len(found) else -1
-            if i >= 0 and distances[i] > 0.0 and distances[i] - safe < nearest[k]:
-                nearest[k], near[k], place[k] = distances[i] - safe, True, places[i]
-                normal[k] = (end - places[i] * axis - points[found[i]]) / distances[i]
-    return Contact(near, place, normal)
+            if i >= 0 and distances[i] > 0.0 and distances[i] - cloud.radius - safe < nearest[k]:
+                nearest[k], near[k] = distances[i] - cloud.radius - safe, True
+                length = float(np.linalg.norm(end - start))
+                point[k] = start + (places[i] / length if length > 0.0 else 0.0) * (end - start)
+                normal[k] = (point[k] - points[found[i]]) / distances[i]
+    return Contact(near, point, normal)
 
 
 def along_boundary(v: Array, a: Array, damping: Array) -> Array:
@@ -70,8 +73,8 @@ def along_boundary(v: Array, a: Array, damping: Array) -> Array:
 def tangential_freedom(trace: Trace, scene: HandsOnScene, parts: Mapping[str, Part]) -> float | None:
     """Way along the boundary over the way that a frictionless one would leave, near it; None where it is never near."""
     free, p = free_trace(trace, scene), scene.parameters
-    contact = contacts(scene, parts, free.ends, free.axes)
-    away = free.ends - contact.place[:, None] * free.axes - np.array(scene.port)
+    contact = contacts(scene, scene.build_robot(), parts, trace["q"][:-1])
+    away = contact.point - np.array(scene.port)
     a = np.column_stack([np.sum(contact.normal * free.axes, axis=1), np.cross(away, contact.normal)])
     turn = np.linalg.norm(free.after[:, 1:], axis=1)
     speed = np.column_stack([np.abs(free.after[:, 0]), turn, turn, turn])

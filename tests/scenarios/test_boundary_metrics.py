@@ -6,6 +6,7 @@ from functools import cache
 import numpy as np
 import pytest
 
+from primitives.elements import Segment
 from primitives.point_cloud import PointCloud
 from scenarios.analysis.boundary_force import FELT, boundary_force, felt_clearance
 from scenarios.analysis.free_motion import free_trace
@@ -94,21 +95,25 @@ def test_what_a_wall_leaves_of_a_velocity_keeps_the_distance_and_loses_least_in_
 @arms
 def test_contacts_are_the_nearest_of_all_points(robot):
     _, scene, parts = done(robot, "admittance")
-    scene = scene.with_changes(forbidden={"bowl": replace(scene.forbidden["bowl"], keeps_out="tool")})
-    rng, port = np.random.default_rng(6), np.array(scene.port)
-    points = parts["bowl"].cloud.world_points
-    ends = points[rng.integers(0, len(points), 30)] + rng.normal(size=(30, 3)) * scene.parameters.d_0
-    axes = (ends - port) / np.linalg.norm(ends - port, axis=1)[:, None]
-    found = contacts(scene, parts, ends, axes)
-    safe = parts["bowl"].cloud.radius + scene.forbidden["bowl"].tool_radius
-    for k in range(30):
-        place = np.clip((ends[k] - points) @ axes[k], 0.0, scene.parameters.shaft_length)
-        away = ends[k] - place[:, None] * axes[k] - points
+    length = scene.parameters.shaft_length
+    shaft = Segment.between([0.0, 0.0, 0.0], [0.0, 0.0, -length], frame=scene.shaft)
+    (region,) = scene.regions
+    scene = scene.with_changes(constraints=[replace(region, first=shaft)])
+    trace, points = done(robot, "none")[0], parts["bowl"].cloud.world_points
+    q = trace["plant_q"][:: len(trace.t) // 30]
+    built = scene.build_robot()
+    found = contacts(scene, built, parts, q)
+    safe = parts["bowl"].cloud.radius + region.safe_distance
+    assert found.near.any() and not found.near.all()
+    for k in range(len(q)):
+        end, axis = built.kinematics(q[k]).translation(scene.shaft), built.kinematics(q[k]).rotation(scene.shaft)[:, 2]
+        place = np.clip((end - points) @ axis, 0.0, length)
+        away = end - place[:, None] * axis - points
         distance = np.linalg.norm(away, axis=1)
         i = np.argmin(distance)
         assert found.near[k] == (distance[i] - safe <= scene.parameters.d_0)
         if found.near[k]:
-            assert found.place[k] == pytest.approx(place[i], abs=1e-9)
+            np.testing.assert_allclose(found.point[k], end - place[i] * axis, atol=1e-9)
             np.testing.assert_allclose(found.normal[k], away[i] / distance[i], atol=1e-9)
 
 
@@ -141,7 +146,7 @@ def test_a_tool_that_nothing_holds_is_free(robot):
 
 def test_a_tool_that_is_never_near_has_no_freedom_to_tell():
     trace, scene, parts = done("lwr4plus", "none")
-    assert tangential_freedom(trace, scene.with_changes(forbidden={}), parts) is None
+    assert tangential_freedom(trace, scene.with_changes(constraints=()), parts) is None
 
 
 # Jerk and penetration

@@ -14,7 +14,7 @@ from typer.testing import CliRunner
 from primitives.errors import FileError
 from scenarios.analysis import comparison_charts, draw_matplotlib, draw_plotly
 from scenarios.analysis.comparison_folder import load_comparison
-from scenarios.analysis.hands_on_metrics import clearance, shaft_lines
+from scenarios.analysis.hands_on_metrics import clearance
 from scenarios.analysis.picture import Chart
 from scenarios.analysis.run_view import view
 from scenarios.analysis.spread_chart import spread
@@ -104,8 +104,8 @@ def test_curves_are_those_of_the_traces(runs):
     views, scene, parts, _ = runs
     curves = _curves(comparison_charts.margins(views, scene))
     for seen in views:
-        ends, axes = shaft_lines(scene, scene.build_robot(), seen.trace)
-        line, expected = curves[0, seen.label], 1e3 * clearance(scene, parts, ends, axes)
+        line = curves[0, seen.label]
+        expected = 1e3 * clearance(scene, scene.build_robot(), parts, seen.trace["plant_q"])
         place = np.searchsorted(seen.t, line.x)
         shown = expected[place] < 2e3 * scene.parameters.d_0
         np.testing.assert_allclose(line.y[shown], expected[place][shown], atol=1e-9)
