@@ -48,7 +48,9 @@ def prepare_comparison(
             scene = scene.with_changes(hand=replace(scene.hand, tremor=TREMOR))
         first: HandsOnJob | None = None
         for enforcement in enforcements:
-            job = hands_on_job(scene, replace(choices, robot=robot, enforcement=enforcement, guard=None, out=None), first)
+            job = hands_on_job(
+                scene, replace(choices, robot=robot, enforcement=enforcement, guard=None, out=None), first
+            )
             first = first or job
             for guard in guards:
                 guarded = job.with_changes(guard=guard)
