@@ -11,6 +11,8 @@ from scenarios.analysis.free_motion import free_trace
 from scenarios.analysis.trace import Trace
 from scenarios.hands_on.scene import HandsOnScene
 
+PROJECTED = ("vfi", "both")
+"""Enforcements whose steps take the damping at the velocity after the step, whatever the scene says."""
 FELT = 1.0
 """N at the shaft's end from which on the boundary counts as felt."""
 
@@ -18,13 +20,15 @@ FELT = 1.0
 def boundary_force(trace: Trace, scene: HandsOnScene) -> Array:
     """(k, 3) force of the boundary in each cycle as one at the end of the shaft, world axes, N.
 
-    The force along the shaft, and the torque about the port as the force at the shaft's end that has it. D v is taken
-    at the mean of the velocities before and after, so it errs by at most half of what D v changes in a cycle. Zero in
-    the first cycle, before which there is none, and where limits held the motion back, whose part cannot be told.
+    The force along the shaft, and the torque about the port as the force at the shaft's end that has it. Exact for the
+    semi-implicit integrator; others, which take D v elsewhere in a cycle, err by what D v changes in one. Zero in the
+    first cycle, before which there is none, and where limits held the motion back, whose part cannot be told.
     """
     period, masses = float(trace.header["period_s"]), np.array(scene.parameters.inertia)
     free = free_trace(trace, scene)
-    left = masses * (free.after - free.before) / period + free.damping * 0.5 * (free.after + free.before) - free.hand
+    implicit = scene.parameters.implicit_damping or trace.header["enforcement"] in PROJECTED
+    damped = free.damping * (free.after if implicit else free.before)
+    left = masses * (free.after - free.before) / period + damped - free.hand
     away = free.ends - np.array(scene.port)
     aside = np.cross(left[:, 1:], away) / np.sum(away**2, axis=1)[:, None]
     out = np.zeros((len(left) + 1, 3))

@@ -8,7 +8,7 @@ import pytest
 
 from primitives.elements import Segment
 from primitives.point_cloud import PointCloud
-from scenarios.analysis.boundary_force import FELT, boundary_force, felt_clearance
+from scenarios.analysis.boundary_force import boundary_force, felt_clearance
 from scenarios.analysis.free_motion import free_trace
 from scenarios.analysis.hands_on_metrics import summary
 from scenarios.analysis.jerk import jerk
@@ -35,24 +35,22 @@ def done(robot, enforcement, duration=6.0):
 
 @arms
 def test_of_potentials_alone_the_force_of_the_boundary_is_their_repulsion(robot):
-    """The repulsion of each cycle is in the trace; what is left of the motion must be it, up to changes of D v."""
+    """The repulsion of each cycle is in the trace; what is left of the motion must be it."""
     trace, scene, _ = done(robot, "admittance")
     free = free_trace(trace, scene)
     found = boundary_force(trace, scene)[1:]
     push, away = trace["free_repulsion"][:-1], free.ends - np.array(scene.port)
     expected = push[:, :1] * free.axes + np.cross(push[:, 1:], away) / np.sum(away**2, axis=1)[:, None]
-    half = 0.5 * free.damping * np.abs(free.after - free.before)
-    bound = half[:, 0] + np.linalg.norm(half[:, 1:], axis=1) / np.linalg.norm(away, axis=1)
-    apart = np.linalg.norm(found - expected, axis=1)
     told = trace["limited"][1:] == 0.0
-    assert (apart <= bound + 1e-9)[told].all()
+    np.testing.assert_allclose(found[told], expected[told], atol=1e-9)
+    assert told.mean() > 0.9
     assert np.linalg.norm(expected, axis=1).max() > 5.0
 
 
 @arms
 def test_without_a_boundary_there_is_no_force_of_one(robot):
     trace, scene, _ = done(robot, "none")
-    assert np.linalg.norm(boundary_force(trace, scene), axis=1).max() < 0.2 * FELT
+    assert np.linalg.norm(boundary_force(trace, scene), axis=1).max() < 1e-9
     assert felt_clearance(np.linalg.norm(boundary_force(trace, scene), axis=1), np.ones(len(trace.t))) is None
 
 
@@ -118,13 +116,14 @@ def test_contacts_are_the_nearest_of_all_points(robot):
 
 
 def dragged(damping_near):
-    """A hand that drags the tip along one wide sphere, with rows or with a potential whose damping grows near it."""
+    """A hand that drags the tip along one wide sphere, with rows, or a potential and damping that grows near it."""
     scene = load_any("bowl-tip", "lwr4plus")
     start = scene.first_end(scene.build_robot())
     ball = PointCloud(np.array([start - [0.0, 0.0, 0.08]]), 0.075)
     hand = Pull((Waypoint(1.0, (0.0, 0.0, -0.17)), Waypoint(5.0, (0.03, 0.0, -0.17))), most=8.0)
     p = scene.parameters
-    p = replace(p, G=p.G if damping_near else (0.0, 0.0, 0.0, 0.0), k=0.05)
+    # As much damping on top, wherever there is repulsion at all, as there is far off at rest.
+    p = replace(p, G=tuple(c + q for c, q in zip(p.D_c, p.Q, strict=True)), C=(1e9,) * 4)
     scene = scene.with_changes(hand=hand, parameters=p, duration=4.5)
     parts = build_parts(scene.anatomy, np.array(scene.port))
     parts = {"bowl": parts["bowl"]._replace(cloud=ball)}
@@ -135,7 +134,7 @@ def dragged(damping_near):
 def test_a_smooth_boundary_takes_nothing_with_rows_and_much_with_damping():
     smooth, damped = dragged(False), dragged(True)
     assert smooth == pytest.approx(1.0, abs=0.1)
-    assert damped < 0.75 * smooth
+    assert 0.2 < damped < 0.55, "at most half the speed for the same force"
 
 
 @arms

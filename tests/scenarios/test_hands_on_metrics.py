@@ -1,10 +1,8 @@
 """Figures of merit of hands-on runs, each against another computation of the same, on traces made for it."""
 
 import json
-import re
 from functools import cache
 from itertools import pairwise
-from pathlib import Path
 
 import numpy as np
 import pinocchio as pin
