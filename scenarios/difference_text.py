@@ -39,6 +39,8 @@ def print_difference(found: Difference, a: str, b: str, console: Console) -> Non
         console.print("\nchanges of state", markup=False)
         for which, events in zip("AB", found.events, strict=True):
             _lines(console, [f"{which} {e['t']:.3f} s {e['state']} {e['reason']}" for e in events] or [f"{which} none"])
+    if found.without_metrics:
+        console.print(f"\nno figures of merit: {found.without_metrics}", markup=False)
     _pairs(console, "figures of merit", found.metrics)
 
 

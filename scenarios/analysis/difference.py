@@ -8,6 +8,7 @@ from typing import Any
 import numpy as np
 
 from primitives.checks import Array
+from primitives.errors import InputError
 from scenarios.analysis.trace import Trace
 from scenarios.scene import Scene
 
@@ -27,7 +28,8 @@ class Difference:
     cycles : pair. first : cycle, t (s), quantity, joint and by (B - A) of the first command that differs, or None.
     apart : {quantity: {max, at_cycle, rms}} of q, q̇ and every margin or clearance, in their units, B - A over the
         cycles that both have. differing : every quantity that is not equal to the bit.
-    events : pair of lists of changes of state, or None where they are equal. metrics : {key: pair} where they differ.
+    events : pair of lists of changes of state, or None where they are equal. metrics : {key: pair} where they differ; without_metrics says why
+        there are none, where the scene of a trace cannot be built.
     """
 
     header: Mapping[str, tuple[Any, Any]]
@@ -39,6 +41,7 @@ class Difference:
     differing: list[str]
     events: tuple[list[Any], list[Any]] | None
     metrics: Mapping[str, tuple[Any, Any]]
+    without_metrics: str
 
     @property
     def equal(self) -> bool:
@@ -58,6 +61,10 @@ def compare_traces(a: Trace, b: Trace) -> Difference:
     count = min(len(a.records), len(b.records))
     pairs = {name: (_wide(a, name)[:count], _wide(b, name)[:count]) for name in both}
     differing = [name for name, (x, y) in pairs.items() if x.shape != y.shape or x.tobytes() != y.tobytes()]
+    try:
+        metrics, why = _metrics(a, b), ""
+    except InputError as error:
+        metrics, why = {}, str(error)
     events = ([e._asdict() for e in a.events], [e._asdict() for e in b.events])
     return Difference(
         _header(a.header, b.header),
@@ -68,7 +75,8 @@ def compare_traces(a: Trace, b: Trace) -> Difference:
         _apart(a, b, pairs),
         differing,
         events if events[0] != events[1] else None,
-        _metrics(a, b),
+        metrics,
+        why,
     )
 
 

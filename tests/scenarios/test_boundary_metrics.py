@@ -116,7 +116,7 @@ def test_contacts_are_the_nearest_of_all_points(robot):
 
 
 def dragged(damping_near):
-    """A hand that drags the tip along one wide sphere, with rows, or a potential and damping that grows near it."""
+    """A hand drags the tip along one wide sphere, with rows, or a potential and damping that grows near it."""
     scene = load_any("bowl-tip", "lwr4plus")
     start = scene.first_end(scene.build_robot())
     ball = PointCloud(np.array([start - [0.0, 0.0, 0.08]]), 0.075)

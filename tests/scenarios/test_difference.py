@@ -85,6 +85,13 @@ def test_lengths_events_and_columns_that_differ_are_told():
     assert compare_traces(trace, lean).columns == (["slack"], [])
 
 
+def test_traces_of_scenes_that_cannot_be_built_are_compared_all_the_same():
+    strange = replace(done(), header={**done().header, "resolved_scene": "name: gone"})
+    found = compare_traces(done(), strange)
+    assert not found.equal and not found.differing and found.scene
+    assert "missing key" in found.without_metrics and not found.metrics
+
+
 def test_nested_keys_are_joined():
     assert flat({"a": {"b": 1, "c": {"d": 2}}, "e": [3]}) == {"a.b": 1, "a.c.d": 2, "e": [3]}
 
