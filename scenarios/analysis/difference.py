@@ -28,8 +28,8 @@ class Difference:
     cycles : pair. first : cycle, t (s), quantity, joint and by (B - A) of the first command that differs, or None.
     apart : {quantity: {max, at_cycle, rms}} of q, q̇ and every margin or clearance, in their units, B - A over the
         cycles that both have. differing : every quantity that is not equal to the bit.
-    events : pair of lists of changes of state, or None where they are equal. metrics : {key: pair} where they differ; without_metrics says why
-        there are none, where the scene of a trace cannot be built.
+    events : pair of lists of changes of state, or None where they are equal. metrics : {key: pair} where they differ.
+    without_metrics : why there are none, where the scene of a trace cannot be built.
     """
 
     header: Mapping[str, tuple[Any, Any]]
