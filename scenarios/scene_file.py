@@ -11,6 +11,7 @@ from primitives.errors import InputError, UnknownNameError
 from primitives.files.document import Document, Problem, refuse
 from primitives.files.model import Names, show, validate
 from primitives.files.yaml_file import read, write
+from primitives.flatten import motion_axis
 from primitives.spec import declared_names
 from scenarios.robots import robots
 from scenarios.scene import Scene
@@ -23,7 +24,7 @@ if TYPE_CHECKING:
 MAX_FILES = 4
 """Most files that one scene may be spread over."""
 HANDS_ON_KEYS = frozenset({"port", "hand"})
-"""A file with any of these is a hands-on scene."""
+"""A file with any of these is a hands-on scene, unless it has a trajectory as its reference."""
 
 
 def load_scene(path_or_name: str | Path) -> Scene:
@@ -42,8 +43,8 @@ def load_scene(path_or_name: str | Path) -> Scene:
 def load_any(path_or_name: str | Path, robot: str | None = None) -> "Scene | HandsOnScene":
     """A scene by its name, or from a file: whatever is a Path or ends in ".yaml" or ".yml".
 
-    A file that has a port or a hand is a hands-on scene; files that it names are looked for from its own folder. robot
-    chooses a named scene's variant for that robot, if it has one.
+    A file that has a port or a hand, but no reference, is a hands-on scene; files that it names are looked for from
+    its own folder. robot chooses a named scene's variant for that robot, if it has one.
 
     Raises
     ------
@@ -54,7 +55,8 @@ def load_any(path_or_name: str | Path, robot: str | None = None) -> "Scene | Han
     path = Path(path_or_name) if is_file else scene_path(str(path_or_name), robot)
     document = _with_bases(path, ())
     names = _names(document.data)
-    if isinstance(document.data, dict) and not document.data.keys().isdisjoint(HANDS_ON_KEYS):
+    keys = document.data.keys() if isinstance(document.data, dict) else set()
+    if "reference" not in keys and not HANDS_ON_KEYS.isdisjoint(keys):
         return _hands_on(document, names, path.parent)
     model = validate(SceneModel, document, names)
     try:
@@ -132,7 +134,9 @@ def _names(data: Any) -> Names:
     if data.get("robot") not in robots.names():
         return names
     robot = robots[data["robot"]].build()
-    return {**names, "frame": robot.frames, "joint": robot.joints, "joint group": list(robot.groups)}
+    sliding = [joint for i, joint in enumerate(robot.joints, 1) if motion_axis(robot.model, i)[0]]
+    own = {"frame": robot.frames, "joint": robot.joints, "sliding joint": sliding, "joint group": list(robot.groups)}
+    return {**names, **own}
 
 
 def _clouds(anatomy: Any) -> tuple[str, ...] | None:
