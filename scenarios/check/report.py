@@ -1,0 +1,119 @@
+"""What `vfi check` says of a scene: every concern in turn."""
+
+from collections.abc import Callable, Sequence
+from typing import Any, NamedTuple
+
+import numpy as np
+
+from primitives.constraint import ConstraintSet
+from primitives.errors import InputError
+from scenarios.check.approach import check_approach
+from scenarios.check.feasibility import feasible_at_start, program
+from scenarios.check.finding import Finding, Part, Severity
+from scenarios.check.gains import Gain, check_gains
+from scenarios.check.reference import check_reference, follow
+from scenarios.check.relations import check_relations
+from scenarios.check.search import Search
+from scenarios.check.space import Space
+from scenarios.check.start import constraints_at_start, joints_at_start
+from scenarios.run import build
+from scenarios.scene import Scene
+
+Progress = Callable[[str, float], None]
+
+
+class Report(NamedTuple):
+    """What was found in a scene, concern by concern."""
+
+    scene: str
+    robot: str
+    parts: Sequence[Part]
+
+    @property
+    def findings(self) -> list[Finding]:
+        """Of all parts, the gravest first."""
+        order = list(Severity)
+        return sorted((f for p in self.parts for f in p.findings), key=lambda f: order.index(f.severity))
+
+    @property
+    def ok(self) -> bool:
+        """Whether there is no finding of severity "error"."""
+        return all(f.severity != Severity.ERROR for f in self.findings)
+
+    def data(self) -> dict[str, Any]:
+        """Everything as plain data, SI."""
+        findings = [{**f._asdict(), "severity": f.severity.value, "numbers": dict(f.numbers)} for f in self.findings]
+        return {
+            "scene": self.scene,
+            "robot": self.robot,
+            "ok": self.ok,
+            "findings": findings,
+            **{p.name: [dict(row) for row in p.rows] for p in self.parts if p.rows},
+            "methods": {p.name: p.method for p in self.parts if p.method},
+        }
+
+
+def check_scene(scene: Scene, progress: Progress = lambda label, share: None) -> Report:
+    """Check a scene that follows a trajectory; progress is told what is looked at and a share of it.
+
+    Raises
+    ------
+    InputError, UnknownNameError : the scene does not fit its robot, or a constraint names a frame that it has not.
+    """
+    robot, start = scene.build_robot(), np.array(scene.start)
+    eta = {name: _eta_of(scene, name) for name in scene.constraints.names}
+    fixed, entities = _without_entities(scene.constraints)
+    space = Space(robot, fixed, scene.group, start)
+    gains = check_gains(_gains(scene, eta), scene.period)
+    parts = [constraints_at_start(space), joints_at_start(space), gains, entities]
+    if not any(f.severity == Severity.ERROR for f in (*gains.findings, *entities.findings)):
+        parts.append(_build(scene))
+    p = program(space, eta, scene.limit_eta, scene.period, RECOVERY)
+    parts.append(feasible_at_start(space, p))
+    if fixed:
+        parts.append(check_relations(Search(space), progress))
+    progress("the reference", 0.0)
+    followed = follow(scene, space)
+    parts += [check_reference(scene, space, followed), check_approach(space, eta, scene.period, followed)]
+    return Report(scene.name, scene.robot, parts)
+
+
+RECOVERY = 0.05, 0.5
+"""Fastest way out of a violation that a row asks for, m/s and rad/s: the defaults of `vfi.controller.Controller`."""
+
+
+def _eta_of(scene: Scene, name: str) -> float:
+    if isinstance(scene.eta, float | int):
+        return float(scene.eta)
+    return float(scene.eta.get(name, scene.eta.get("", np.nan)))
+
+
+def _gains(scene: Scene, eta: dict[str, float]) -> list[Gain]:
+    return [
+        *(Gain(name, "eta", value) for name, value in eta.items()),
+        Gain("joint limits", "limit_eta", scene.limit_eta),
+        Gain("task", "gain", scene.task.gain),
+    ]
+
+
+def _without_entities(constraints: ConstraintSet) -> tuple[ConstraintSet, Part]:
+    """The constraints that need no entity, and what is to be said of the others: no plant of a scene moves one."""
+    fixed, findings = [], []
+    for c in constraints:
+        names = [e.entity for e in (c.first, c.second) if e.entity is not None]
+        if not names:
+            fixed.append(c)
+            continue
+        what = f'refers to the moving entity "{names[0]}", which a scene cannot move: its run would stop in FAULT'
+        advice = "attach the element to a frame or the world, or run it from Python with measurements of the entity"
+        findings.append(Finding(Severity.ERROR, "entities", c.name, what, advice, {}))
+    return ConstraintSet(fixed), Part("entities", [], findings)
+
+
+def _build(scene: Scene) -> Part:
+    """What the controller itself refuses."""
+    try:
+        build(scene, solver="active-set", guard="act", period=None)
+    except InputError as error:
+        return Part("build", [], [Finding(Severity.ERROR, "build", scene.name, str(error), "mend the scene", {})])
+    return Part("build", [])
