@@ -11,6 +11,7 @@ import typer
 
 from scenarios.commands.check import check
 from scenarios.commands.errors import one_clear_line
+from scenarios.commands.import_vfi import import_vfi
 
 app = typer.Typer(
     help="Active constraints for surgical robots: run scenes, compare enforcements, look at what happened.",
@@ -209,6 +210,7 @@ def list_names(
 
 
 app.command("check")(check)
+app.command("import")(import_vfi)
 
 
 def main() -> None:

@@ -34,6 +34,8 @@ def check_approach(space: Space, eta: Mapping[str, float], period: float, follow
     sight, speeds = space.at(space.first), space.robot.limits.velocity[space.decided]
     rows, findings = [], []
     for i, c in enumerate(space.constraints):
+        if c.name not in eta:
+            continue
         unit, gain = c.definition.unit, eta[c.name]
         with np.errstate(invalid="ignore"):
             top = float(np.where(sight.row[i] == 0.0, 0.0, np.abs(sight.row[i]) * speeds).sum())

@@ -35,14 +35,20 @@ class Program(NamedTuple):
 
 
 def program(
-    space: Space, eta: Mapping[str, float], limit_eta: float, period: float, recovery: tuple[float, float]
+    space: Space,
+    eta: Mapping[str, float],
+    limit_eta: float,
+    period: float,
+    recovery: tuple[float, float],
+    port_gain: float = 0.0,
 ) -> Program:
     """The rows and bounds at the start.
 
     Parameters
     ----------
-    eta : {constraint: 1/s} of the enforced ones. limit_eta : 1/s. period : T, seconds.
+    eta : {constraint: 1/s}; one that has none is left out. limit_eta : 1/s. period : T, seconds.
     recovery : fastest way out of a violation that is asked for, m/s and rad/s.
+    port_gain : rate at which an error at the port fades, 1/s; the port is two equalities, each as two rows.
     """
     sight, x = space.at(space.first), space.first
     limits = np.ascontiguousarray([limit[space.decided] for limit in space.robot.limits])
@@ -51,15 +57,18 @@ def program(
     kept = [
         i
         for i, c in enumerate(space.constraints)
-        if c.enforced and np.isfinite(sight.margin[i]) and sight.status[i] != DEGENERATE
+        if c.enforced and c.name in eta and np.isfinite(sight.margin[i]) and sight.status[i] != DEGENERATE
     ]
     items = [list(space.constraints)[i] for i in kept]
     b = [
         demanded_rate(float(sight.margin[i]), eta[c.name], recovery[c.definition.unit == "rad"])
         for i, c in zip(kept, items, strict=True)
     ]
-    names, units = tuple(c.name for c in items), tuple(c.definition.unit for c in items)
-    return Program(names, units, sight.row[kept], np.array(b), low, high)
+    both = len(sight.port) * 2
+    names, units = [*(c.name for c in items), *["port"] * both], [*(c.definition.unit for c in items), *["m"] * both]
+    A = np.vstack([sight.row[kept], sight.port_row, -sight.port_row])
+    b += [*(-port_gain * sight.port), *(port_gain * sight.port)]
+    return Program(tuple(names), tuple(units), A, np.array(b), low, high)
 
 
 def shortfall(p: Program, rows: list[int], lower: list[int], upper: list[int]) -> float:
@@ -100,7 +109,7 @@ def feasible_at_start(space: Space, p: Program) -> Part:
         return Part(CHECK, rows)
     which, lower, upper = conflict(p)
     names = [
-        *(p.names[i] for i in which),
+        *dict.fromkeys(p.names[i] for i in which),
         *(f"lower limit of {space.joints[j]}" for j in lower),
         *(f"upper limit of {space.joints[j]}" for j in upper),
     ]

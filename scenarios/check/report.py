@@ -1,6 +1,6 @@
 """What `vfi check` says of a scene: every concern in turn."""
 
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from typing import Any, NamedTuple
 
 import numpy as np
@@ -61,7 +61,7 @@ def check_scene(scene: Scene, progress: Progress = lambda label, share: None) ->
     InputError, UnknownNameError : the scene does not fit its robot, or a constraint names a frame that it has not.
     """
     robot, start = scene.build_robot(), np.array(scene.start)
-    eta = {name: _eta_of(scene, name) for name in scene.constraints.names}
+    eta = _etas(scene)
     fixed, entities = _without_entities(scene.constraints)
     space = Space(robot, fixed, scene.group, start)
     gains = check_gains(_gains(scene, eta), scene.period)
@@ -82,10 +82,14 @@ RECOVERY = 0.05, 0.5
 """Fastest way out of a violation that a row asks for, m/s and rad/s: the defaults of `vfi.controller.Controller`."""
 
 
-def _eta_of(scene: Scene, name: str) -> float:
-    if isinstance(scene.eta, float | int):
-        return float(scene.eta)
-    return float(scene.eta.get(name, scene.eta.get("", np.nan)))
+def _etas(scene: Scene) -> dict[str, float]:
+    """Gain of each constraint that has one."""
+    if not isinstance(scene.eta, Mapping):
+        return dict.fromkeys(scene.constraints.names, float(scene.eta))
+    given = scene.eta
+    return {
+        name: given.get(name, given.get("", 0.0)) for name in scene.constraints.names if name in given or "" in given
+    }
 
 
 def _gains(scene: Scene, eta: dict[str, float]) -> list[Gain]:

@@ -172,8 +172,8 @@ class Search:
         if self.space.port is None:
             return x
         for _ in range(_STEPS):
-            sight = self.space.at(x)
-            if np.all(np.abs(sight.port) <= 0.1 * CLOSE):
+            off, row = self.space.port_at(self.space.kinematics(x))
+            if np.all(np.abs(off) <= 0.1 * CLOSE):
                 return x
-            x = np.clip(x - np.linalg.pinv(sight.port_row) @ sight.port, self.space.low, self.space.high)
+            x = np.clip(x - np.linalg.pinv(row) @ off, self.space.low, self.space.high)
         return None

@@ -103,16 +103,19 @@ class Space:
         m, kinematics = len(self.constraints), self.kinematics(x)
         distance, margin, residual = np.empty(m), np.empty(m), np.empty(m)
         row, status = np.empty((m, self.robot.n)), np.zeros(m, dtype=np.int64)
-        out = distance, margin, row, residual, status
-        evaluate_rows(*self._table[:5], kinematics.poses, kinematics.jacobians, *self._still, *out)
+        poses, jacobians = kinematics.poses, kinematics.jacobians
+        evaluate_rows(*self._table[:5], poses, jacobians, *self._still, distance, margin, row, residual, status)
         for i, constraint in enumerate(self.constraints):
             if constraint.is_cloud:
                 margin[i], row[i], status[i] = self._cloud_row(constraint, kinematics)
-        port, port_row = np.zeros(0), np.zeros((0, len(self.decided)))
-        if self.port is not None:
-            seen = rcm(kinematics, self.port.shaft, self.port.at)
-            port, port_row = seen.x_c, seen.A[:, self.decided]
-        return Sight(margin, row[:, self.decided], status, port, port_row)
+        return Sight(margin, row[:, self.decided], status, *self.port_at(kinematics))
+
+    def port_at(self, kinematics: Kinematics) -> tuple[Array, Array]:
+        """x_c and its rows, as in `Sight`."""
+        if self.port is None:
+            return np.zeros(0), np.zeros((0, len(self.decided)))
+        seen = rcm(kinematics, self.port.shaft, self.port.at)
+        return seen.x_c, seen.A[:, self.decided]
 
     def _cloud_row(self, constraint: Constraint, kinematics: Kinematics) -> tuple[float, Array, int]:
         """Margin of a part of the tool from a cloud, its row (n,) by the nearest point, and the status."""
@@ -128,7 +131,9 @@ class Space:
         clearance = cloud.segment_distance(a, b)
         index, place, distance = cloud.near(a, b, clearance + cloud.radius + NEAR)
         nearest = int(np.argmin(distance))
-        on_tool, on_cloud = a + place[nearest] * along, cloud.world_points[index[nearest]]
+        where = np.array(cloud.pose)
+        on_tool = a + place[nearest] * along
+        on_cloud = dq.rotation_matrix(where) @ cloud.points[index[nearest]] + dq.translation(where)
         away = on_tool - on_cloud
         u = away / max(float(np.linalg.norm(away)), 1e-12)
         row = _point_row(u, kinematics, tool.frame, on_tool) - _point_row(u, kinematics, other.frame, on_cloud)

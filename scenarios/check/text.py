@@ -88,6 +88,20 @@ TABLES: dict[str, tuple[str, dict[str, Callable[[Row], str]]]] = {
             "drift": _of("drift_m", "m"),
         },
     ),
+    "port": ("port", {"missed by": _of("off_m", "m")}),
+    "hand": (
+        "where the hand leads the shaft's end",
+        {"due": _of("due_s", "s"), "out of reach by": _of("short_m", "m"), "pull": _of("force_N", "N")},
+    ),
+    "cue": (
+        "potentials",
+        {
+            "felt from": _of("range_m", "m"),
+            "hand": _of("force_N", "N"),
+            "balanced at": _of("balanced_m", "m"),
+            "way a period": _of("way_per_period_m", "m"),
+        },
+    ),
     "clouds": (
         "clouds",
         {

@@ -14,6 +14,7 @@ FOUND = 1
 
 def check(
     scene: Annotated[str, typer.Argument(help="A scene by name (see `vfi list`) or as a YAML file.")],
+    robot: Annotated[str | None, typer.Option(help="The scene's variant for this robot.")] = None,
     as_json: Annotated[bool, typer.Option("--json", help="Print JSON instead of text.")] = False,
 ) -> None:
     """Look at a scene without running it: margins, gains, conflicts, reach, clouds. Exits with 1 if it cannot run."""
@@ -21,13 +22,13 @@ def check(
         from rich.console import Console
         from rich.progress import Progress
 
-        from scenarios.check.report import check_scene
-        from scenarios.scene_file import load_scene
+        from scenarios.check import check_any
+        from scenarios.scene_file import load_any
 
-        loaded = load_scene(scene)
+        loaded = load_any(scene, robot)
         with Progress(console=Console(stderr=True), transient=True, disable=not sys.stderr.isatty()) as bar:
             task = bar.add_task(scene, total=1.0)
-            report = check_scene(loaded, lambda label, share: bar.update(task, description=label, completed=share))
+            report = check_any(loaded, lambda label, share: bar.update(task, description=label, completed=share))
     if as_json:
         print(json.dumps(report.data(), indent=2))
     else:

@@ -10,7 +10,7 @@ from scipy.optimize import linprog
 from primitives.constraint import Constraint, ConstraintSet
 from primitives.elements import Line, Plane, Point
 from primitives.evaluate import evaluate
-from scenarios.check.feasibility import Program, conflict, program, shortfall
+from scenarios.check.feasibility import Program, conflict, shortfall
 from scenarios.check.finding import Severity, amount
 from scenarios.check.reference import follow
 from scenarios.check.relations import contradiction
@@ -186,7 +186,7 @@ def test_a_conflict_of_random_programs_is_one_and_no_part_of_it_is():
 
 def test_spheres_that_do_not_meet_contradict_and_those_that_do_not_matter_are_not_named():
     tip = tip_of(scene("S5"))
-    beside = tip + [0.03, 0.0, 0.0]
+    beside = tip + np.array([0.03, 0.0, 0.0])
     apart = [within("A", tip, 0.010), within("B", beside, 0.010), above("C4", -0.08)]
     report = check_scene(scene_with(*apart))
     (said,) = [f for f in found(report, "relations") if "keeps them all" in f.what]
@@ -268,7 +268,8 @@ def test_lines_that_start_nearly_parallel_are_warned_of():
     shaft = Line.z_axis("moving/shaft")
     axis = s.build_robot().kinematics(np.array(s.start)).rotation("moving/shaft")[:, 2]
     parallel = Constraint("A", shaft, Line.through((0.03, 0.0, 0.0), axis), "outside", 0.001)
-    assert [f for f in found(check_scene(replace(s, constraints=ConstraintSet([parallel]))), "start") if "parallel" in f.what]
+    report = check_scene(replace(s, constraints=ConstraintSet([parallel])))
+    assert [f for f in found(report, "start") if "parallel" in f.what]
 
 
 @pytest.mark.parametrize(
