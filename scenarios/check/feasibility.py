@@ -40,7 +40,6 @@ def program(
     limit_eta: float,
     period: float,
     recovery: tuple[float, float],
-    port_gain: float = 0.0,
 ) -> Program:
     """The rows and bounds at the start.
 
@@ -48,7 +47,9 @@ def program(
     ----------
     eta : {constraint: 1/s}; one that has none is left out. limit_eta : 1/s. period : T, seconds.
     recovery : fastest way out of a violation that is asked for, m/s and rad/s.
-    port_gain : rate at which an error at the port fades, 1/s; the port is two equalities, each as two rows.
+
+    A port is two equalities, each as two rows: the shaft may not move across it. How fast an error at the port fades is
+    no part of it, as that is slowed down to what the limits leave.
     """
     sight, x = space.at(space.first), space.first
     limits = np.ascontiguousarray([limit[space.decided] for limit in space.robot.limits])
@@ -67,7 +68,7 @@ def program(
     both = len(sight.port) * 2
     names, units = [*(c.name for c in items), *["port"] * both], [*(c.definition.unit for c in items), *["m"] * both]
     A = np.vstack([sight.row[kept], sight.port_row, -sight.port_row])
-    b += [*(-port_gain * sight.port), *(port_gain * sight.port)]
+    b += [0.0] * both
     return Program(tuple(names), tuple(units), A, np.array(b), low, high)
 
 

@@ -174,13 +174,15 @@ def check_hand(space: Space, speeds: Speeds, hand: Pull | Push, led: list[Led]) 
 
 
 def _entered(space: Space, led: list[Led]) -> list[Finding]:
+    """Constraints that the hand leads into: on the way to which waypoint first, and how deep anywhere."""
     findings = []
     for i, c in enumerate(space.constraints):
-        deepest = min(led, key=lambda w: float(w.margins[:, i].min()), default=None)
-        if deepest is None or deepest.margins[:, i].min() >= 0.0:
+        first = next((w for w in led if w.margins[:, i].min() < 0.0), None)
+        if first is None:
             continue
-        deep, unit = float(-deepest.margins[:, i].min()), c.definition.unit
-        what = f"the hand leads {amount(deep, unit)} beyond it on the way to {deepest.name}, due at {deepest.t:g} s"
+        deep, unit = -min(float(w.margins[:, i].min()) for w in led), c.definition.unit
+        way = f"first on the way to {first.name}, due at {first.t:g} s"
+        what = f"the hand leads into it, {way}, up to {amount(deep, unit)} deep"
         advice = "the constraint will act" if c.enforced else "it is only watched"
         findings.append(Finding(Severity.NOTE, CHECK, c.name, what, advice, {f"margin_{unit}": -deep}))
     return findings

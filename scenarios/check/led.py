@@ -52,7 +52,7 @@ def check_led(scene: HandsOnScene, progress: Callable[[str, float], None] = lamb
     gains += [Gain("joint limits", "limit_eta", LIMIT_ETA), *_port_gains(scene)]
     found = [constraints_at_start(space), joints_at_start(space), _port(space), check_clouds(clouds)]
     found += [check_gains(gains, scene.period), _build(scene, robot, parts)]
-    found.append(feasible_at_start(space, program(space, eta, LIMIT_ETA, scene.period, RECOVERY, _decay(scene))))
+    found.append(feasible_at_start(space, program(space, eta, LIMIT_ETA, scene.period, RECOVERY)))
     found.append(check_relations(Search(space), progress))
     progress("the hand", 0.0)
     force, led = largest_force(scene.hand), []
@@ -68,11 +68,6 @@ def check_led(scene: HandsOnScene, progress: Callable[[str, float], None] = lamb
 
 def _error(check: str, where: str, what: str, advice: str) -> Finding:
     return Finding(Severity.ERROR, check, where, what, advice, {})
-
-
-def _decay(scene: HandsOnScene) -> float:
-    """Rate at which an error at the port fades, 1/s."""
-    return scene.parameters.port_gain if scene.form == "reduced" else scene.parameters.alpha
 
 
 def _port_gains(scene: HandsOnScene) -> list[Gain]:

@@ -91,7 +91,7 @@ TABLES: dict[str, tuple[str, dict[str, Callable[[Row], str]]]] = {
     "port": ("port", {"missed by": _of("off_m", "m")}),
     "hand": (
         "where the hand leads the shaft's end",
-        {"due": _of("due_s", "s"), "out of reach by": _of("short_m", "m"), "pull": _of("force_N", "N")},
+        {"due": _of("due_s", "s"), "out of reach by": _of("short_m", "m")},
     ),
     "cue": (
         "potentials",
