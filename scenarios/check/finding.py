@@ -27,6 +27,7 @@ class Finding(NamedTuple):
     what : the sentence, with its numbers in it.
     advice : what to do about it.
     numbers : {name with its unit: value} for programs, SI.
+    place : file:line where it stands, empty where that is not known.
     """
 
     severity: Severity
@@ -35,6 +36,7 @@ class Finding(NamedTuple):
     what: str
     advice: str
     numbers: Mapping[str, float]
+    place: str = ""
 
 
 class Part(NamedTuple):

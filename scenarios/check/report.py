@@ -40,6 +40,14 @@ class Report(NamedTuple):
         """Whether there is no finding of severity "error"."""
         return all(f.severity != Severity.ERROR for f in self.findings)
 
+    def placed(self, places: Mapping[str, str]) -> "Report":
+        """The report with the places, as file:line, of what its findings are about."""
+        parts = [
+            p._replace(findings=[f._replace(place=places.get(f.where.split(", ")[0], "")) for f in p.findings])
+            for p in self.parts
+        ]
+        return self._replace(parts=parts)
+
     def data(self) -> dict[str, Any]:
         """Everything as plain data, SI."""
         findings = [{**f._asdict(), "severity": f.severity.value, "numbers": dict(f.numbers)} for f in self.findings]

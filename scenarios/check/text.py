@@ -1,6 +1,7 @@
 """A report of `vfi check` on a terminal."""
 
 from collections.abc import Callable, Mapping
+from pathlib import Path
 from typing import Any
 
 from rich.console import Console
@@ -121,7 +122,8 @@ def print_report(report: Report, console: Console) -> None:
     console.print(f"[bold]{escape(report.scene)}[/] on {escape(report.robot)}: {said}", highlight=False)
     for f in report.findings:
         mark = f"[{STYLES[f.severity]}]{f.severity.value}[/]"
-        console.print(f"  {mark} {escape(f.where)}: {escape(f.what)}; {escape(f.advice)}", highlight=False)
+        place = f" ({Path(f.place).name})" if f.place else ""
+        console.print(f"  {mark} {escape(f.where + place)}: {escape(f.what)}; {escape(f.advice)}", highlight=False)
     for part in report.parts:
         if part.name in TABLES and part.rows:
             _print_part(part, console)

@@ -23,12 +23,14 @@ def check(
         from rich.progress import Progress
 
         from scenarios.check import check_any
+        from scenarios.check.places import places
         from scenarios.scene_file import load_any
 
         loaded = load_any(scene, robot)
         with Progress(console=Console(stderr=True), transient=True, disable=not sys.stderr.isatty()) as bar:
             task = bar.add_task(scene, total=1.0)
             report = check_any(loaded, lambda label, share: bar.update(task, description=label, completed=share))
+        report = report.placed(places(scene, robot))
     if as_json:
         print(json.dumps(report.data(), indent=2))
     else:

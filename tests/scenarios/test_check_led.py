@@ -224,6 +224,18 @@ def test_the_exit_code_says_what_was_found(tmp_path):
     assert unknown.exit_code == 2 and 'Did you mean "S5"?' in unknown.stderr and "Traceback" not in unknown.output
 
 
+def test_findings_say_where_in_the_files_they_stand(tmp_path):
+    text = dump_scene(s_scene("S5")).replace("name: S5", "name: mine")
+    (tmp_path / "base.yaml").write_text(text)
+    (tmp_path / "mine.yaml").write_text("base: base.yaml\nlimits:\n  moving/joint1: [-0.0111, 0.06]\n")
+    data = json.loads(vfi(tmp_path / "mine.yaml", "--json").stdout)
+    places = {f["where"]: f["place"] for f in data["findings"]}
+    line = next(i for i, words in enumerate(text.splitlines(), 1) if words.startswith("- name: C3"))
+    assert places["C3"] == f"{tmp_path}/base.yaml:{line}"
+    assert places["moving/joint1"] == f"{tmp_path}/mine.yaml:3"
+    assert "C3 (neurosurgery.yaml:" in vfi("S5").stdout.replace("\n", " ")
+
+
 def test_json_says_the_same_as_the_text():
     done = vfi("S5", "--json")
     data = json.loads(done.stdout)
