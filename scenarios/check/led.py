@@ -9,6 +9,7 @@ from primitives.robot import Robot
 from scenarios.check.approach import check_approach
 from scenarios.check.clouds import check_clouds
 from scenarios.check.cue import check_cue
+from scenarios.check.entities import without_entities
 from scenarios.check.feasibility import feasible_at_start, program
 from scenarios.check.finding import Finding, Part, Severity, amount
 from scenarios.check.gains import Gain, check_gains
@@ -46,12 +47,15 @@ def check_led(scene: HandsOnScene, progress: Callable[[str, float], None] = lamb
         return Report(scene.name, scene.robot, [Part("clouds", [], [_error("clouds", "anatomy", str(error), advice)])])
     clouds = {name: part.cloud for name, part in parts.items()}
     port = Port(scene.shaft, scene.port)
-    space = Space(robot, scene.constraints, scene.group, np.array(scene.start), clouds, port)
+    fixed, entities = without_entities(scene.constraints)
+    space = Space(robot, fixed, scene.group, np.array(scene.start), clouds, port)
     eta = dict.fromkeys(scene.constraints.names, ETA_T / scene.period)
     gains = [Gain(name, "eta", value) for name, value in eta.items()]
     gains += [Gain("joint limits", "limit_eta", LIMIT_ETA), *_port_gains(scene)]
-    found = [constraints_at_start(space), joints_at_start(space), _port(space), check_clouds(clouds)]
-    found += [check_gains(gains, scene.period), _build(scene, robot, parts)]
+    found = [constraints_at_start(space), joints_at_start(space), _port(space), check_clouds(clouds), entities]
+    found.append(check_gains(gains, scene.period))
+    if not entities.findings:
+        found.append(_build(scene, robot, parts))
     found.append(feasible_at_start(space, program(space, eta, LIMIT_ETA, scene.period, RECOVERY)))
     found.append(check_relations(Search(space), progress))
     progress("the hand", 0.0)

@@ -5,9 +5,9 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
-from primitives.constraint import ConstraintSet
 from primitives.errors import InputError
 from scenarios.check.approach import check_approach
+from scenarios.check.entities import without_entities
 from scenarios.check.feasibility import feasible_at_start, program
 from scenarios.check.finding import Finding, Part, Severity
 from scenarios.check.gains import Gain, check_gains
@@ -70,7 +70,7 @@ def check_scene(scene: Scene, progress: Progress = lambda label, share: None) ->
     """
     robot, start = scene.build_robot(), np.array(scene.start)
     eta = _etas(scene)
-    fixed, entities = _without_entities(scene.constraints)
+    fixed, entities = without_entities(scene.constraints)
     space = Space(robot, fixed, scene.group, start)
     gains = check_gains(_gains(scene, eta), scene.period)
     parts = [constraints_at_start(space), joints_at_start(space), gains, entities]
@@ -106,20 +106,6 @@ def _gains(scene: Scene, eta: dict[str, float]) -> list[Gain]:
         Gain("joint limits", "limit_eta", scene.limit_eta),
         Gain("task", "gain", scene.task.gain),
     ]
-
-
-def _without_entities(constraints: ConstraintSet) -> tuple[ConstraintSet, Part]:
-    """The constraints that need no entity, and what is to be said of the others: no plant of a scene moves one."""
-    fixed, findings = [], []
-    for c in constraints:
-        names = [e.entity for e in (c.first, c.second) if e.entity is not None]
-        if not names:
-            fixed.append(c)
-            continue
-        what = f'refers to the moving entity "{names[0]}", which a scene cannot move: its run would stop in FAULT'
-        advice = "attach the element to a frame or the world, or run it from Python with measurements of the entity"
-        findings.append(Finding(Severity.ERROR, "entities", c.name, what, advice, {}))
-    return ConstraintSet(fixed), Part("entities", [], findings)
 
 
 def _build(scene: Scene) -> Part:

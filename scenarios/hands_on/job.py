@@ -8,6 +8,7 @@ from typing import Any
 
 import numpy as np
 
+from primitives.elements import Cloud
 from primitives.errors import InputError
 from primitives.point_cloud import Gaps
 from scenarios.analysis.trace import Trace
@@ -92,11 +93,11 @@ def hands_on_job(scene: HandsOnScene, choices: Choices, like: HandsOnJob | None 
     changes = {name: getattr(choices, name) for name in ("period", "integrator", "form")}
     scene = scene.with_changes(**{name: value for name, value in changes.items() if value is not None})
     if choices.organ or choices.vessels:
-        anatomy = _from_files(scene.anatomy, choices)
-        for name in scene.forbidden:
+        anatomy = _from_files(scene, choices)
+        for name in (c.second.name for c in scene.constraints if isinstance(c.second, Cloud)):
             if name not in anatomy.parts:
                 way = f"give --{name} too" if name in ("organ", "vessels") else "files have an organ and vessels only"
-                raise InputError(f'scene "{scene.name}" forbids its part "{name}", which is not among the files; {way}')
+                raise InputError(f'scene "{scene.name}" is about its part "{name}", not among the files; {way}')
         scene = scene.with_changes(anatomy=anatomy, hand=scene.hand_on_files or scene.hand)
     suffix = "" if choices.enforcement == "admittance" else f"-{choices.enforcement}"
     stem = f"{scene.name}-{scene.robot}-{choices.plant}{suffix}"
@@ -108,7 +109,10 @@ def hands_on_job(scene: HandsOnScene, choices: Choices, like: HandsOnJob | None 
     return job
 
 
-def _from_files(anatomy: AnatomySource, choices: Choices) -> AnatomySource:
+def _from_files(scene: HandsOnScene, choices: Choices) -> AnatomySource:
+    anatomy = scene.anatomy
+    if anatomy is None:
+        raise InputError(f'scene "{scene.name}" has no anatomy that files could replace')
     organ, vessels = (str(path.absolute()) if path else "" for path in (choices.organ, choices.vessels))
     gaps: Gaps = "fill" if choices.fill_gaps else anatomy.gaps
     thickest = max(anatomy.cover.values())

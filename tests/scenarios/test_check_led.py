@@ -11,7 +11,7 @@ from admittance import NEURO8, TABLE_1
 from admittance.potential import barrier
 from primitives.constraint import Constraint, ConstraintSet
 from primitives.coverage import Gap
-from primitives.elements import Plane, Point
+from primitives.elements import Cloud, Plane, Point
 from primitives.point_cloud import PointCloud
 from scenarios.check import check_any
 from scenarios.check.clouds import check_clouds
@@ -203,8 +203,9 @@ def test_an_anatomy_that_cannot_be_built_is_an_error(bowl, tmp_path):
     file = tmp_path / "sparse.ply"
     file.write_text(header + "end_header\n" + "".join(f"{x} {y} {z}\n" for x, y, z in grid))
     anatomy = replace(scene.anatomy, kind="files", cover={"organ": 0.002}, organ=str(file))
-    forbidden = {"organ": scene.forbidden["bowl"]}
-    report = check_led(scene.with_changes(anatomy=anatomy, forbidden=forbidden))
+    (bowl_,) = scene.constraints
+    organ = ConstraintSet([replace(bowl_, name="organ", second=Cloud.named("organ"))])
+    report = check_led(scene.with_changes(anatomy=anatomy, constraints=organ))
     (said,) = report.findings
     assert said.check == "clouds" and "gap" in said.what and not report.ok
 
