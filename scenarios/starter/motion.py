@@ -13,8 +13,10 @@ SEED, SAMPLES = 0, 500
 """Of the configurations that are tried where the middle of the ranges is near a singularity."""
 CONDITION = 30.0
 """Largest condition of the tip's Jacobian (positions over the arm's reach) that a start may have."""
+TRIED = 0.5, 0.95
+"""Shares of the joints' ranges in which they are drawn, one after the other."""
 SHARE = 0.5
-"""Of the way from the last joint to the tip at which the port lies, and of a joint's range that is tried."""
+"""Of the way from the last joint to the tip at which the port lies."""
 SHORTEST = 0.05
 """Metres between tip and port at least."""
 TURN = 0.08
@@ -99,17 +101,19 @@ def _found(robot: Robot) -> Array:
     """The middle of all ranges, or the best conditioned of many near it."""
     low, high = robot.limits.lower, robot.limits.upper
     low, high = np.where(np.isfinite(low), low, -np.pi), np.where(np.isfinite(high), high, np.pi)
-    middle, span = 0.5 * (low + high), 0.5 * SHARE * (high - low)
+    middle, half = 0.5 * (low + high), 0.5 * (high - low)
     if condition(robot, middle) <= CONDITION:
         return np.asarray(middle)
-    drawn = middle + np.random.default_rng(SEED).uniform(-1.0, 1.0, (SAMPLES, robot.n)) * span
-    best = np.round(min(drawn, key=lambda q: condition(robot, q)), 3)
-    if condition(robot, best) > CONDITION:
-        raise InputError(
-            f'robot "{robot.name}": of {SAMPLES} configurations none has a tip Jacobian with a condition below '
-            f"{CONDITION:g} (best {condition(robot, best):.3g}); does every joint move the tip?"
-        )
-    return np.asarray(best)
+    rng, best = np.random.default_rng(SEED), middle
+    for share in TRIED:
+        drawn = middle + share * rng.uniform(-1.0, 1.0, (SAMPLES, robot.n)) * half
+        best = np.round(min(drawn, key=lambda q: condition(robot, q)), 3)
+        if condition(robot, best) <= CONDITION:
+            return np.asarray(best)
+    raise InputError(
+        f'robot "{robot.name}": of {len(TRIED) * SAMPLES} configurations none has a tip Jacobian with a condition below '
+        f"{CONDITION:g} (best {condition(robot, best):.3g}); does every joint move the tip?"
+    )
 
 
 def _tool_length(robot: Robot, q: Array) -> float:
