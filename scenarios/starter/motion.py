@@ -110,9 +110,10 @@ def _found(robot: Robot) -> Array:
         best = np.round(min(drawn, key=lambda q: condition(robot, q)), 3)
         if condition(robot, best) <= CONDITION:
             return np.asarray(best)
+    tried = f"{len(TRIED) * SAMPLES} configurations (best {condition(robot, best):.3g})"
     raise InputError(
-        f'robot "{robot.name}": of {len(TRIED) * SAMPLES} configurations none has a tip Jacobian with a condition below '
-        f"{CONDITION:g} (best {condition(robot, best):.3g}); does every joint move the tip?"
+        f'robot "{robot.name}": the condition of the Jacobian of its tip is above {CONDITION:g} at all of {tried}; '
+        "does every joint move the tip?"
     )
 
 

@@ -130,6 +130,19 @@ def test_a_task_and_limits_with_too_high_a_gain():
     assert not found(report, "build")
 
 
+def test_a_constraint_without_an_eta_is_said_by_the_controller_and_left_out_elsewhere():
+    report = check_scene(replace(scene("S5"), eta={"C1": 0.5}))
+    (said,) = found(report, "build")
+    assert 'no eta for constraint "C2"' in said.what and not report.ok
+    assert list(rows(report, "approach")) == ["C1"]
+
+
+def test_the_numbers_of_the_documentation():
+    c4 = rows(check_scene(scene("S5")), "approach")["C4"]
+    assert c4["reference_speed"] == pytest.approx(3.9e-3, abs=5e-5)
+    assert c4["acts_from"] == pytest.approx(7.7e-3, abs=5e-5)
+
+
 def test_what_the_controller_refuses_is_an_error():
     still = Constraint("A", Point.at((0, 0, 0), frame="parked/tip"), Plane.through((0, 0, -1), UP), "outside", 0.0)
     (said,) = found(check_scene(scene_with(above("C4", -0.08), still)), "build")
