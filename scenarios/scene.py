@@ -30,6 +30,19 @@ def check_duration(duration: float, period: float) -> float:
     return duration
 
 
+def check_limits(limits: Mapping[str, tuple[float, float]], scene: str) -> None:
+    """Ranges of joints, lower < upper; raises InputError."""
+    for joint, (lower, upper) in limits.items():
+        if not lower < upper:
+            raise InputError(f"limits of {joint} in scene {scene}: expected lower < upper, got {lower}, {upper}")
+
+
+def with_ranges(robot: Robot, limits: Mapping[str, tuple[float, float]]) -> Robot:
+    """The robot with other ranges of some joints; raises UnknownNameError."""
+    lower, upper = ({joint: limit[i] for joint, limit in limits.items()} for i in (0, 1))
+    return robot.with_limits(lower=lower, upper=upper) if limits else robot
+
+
 @dataclass(frozen=True)
 class Scene:
     """Everything a run needs but the solver, the guard and the seed.
@@ -78,19 +91,12 @@ class Scene:
             if constraint:
                 known("constraint", constraint, self.constraints.names)
             number(gain, f"eta of scene {self.name}", positive=True)
-        for joint, (lower, upper) in self.limits.items():
-            if not lower < upper:
-                raise InputError(
-                    f"limits of {joint} in scene {self.name}: expected lower < upper, got {lower}, {upper}"
-                )
+        check_limits(self.limits, self.name)
 
     def build_robot(self) -> Robot:
         """The robot with the scene's limits; raises where the scene does not fit it."""
         robot = robots[self.robot].build()
-        if self.limits:
-            lower = {joint: limit[0] for joint, limit in self.limits.items()}
-            upper = {joint: limit[1] for joint, limit in self.limits.items()}
-            robot = robot.with_limits(lower=lower, upper=upper)
+        robot = with_ranges(robot, self.limits)
         known("joint group", self.group, robot.groups)
         array(self.start, (robot.n,), f'start of scene {self.name} for robot "{self.robot}"')
         return robot

@@ -11,6 +11,7 @@ from primitives.errors import InputError, UnknownNameError
 from primitives.files.document import Document, Problem, refuse
 from primitives.files.model import Names, show, validate
 from primitives.files.yaml_file import read, write
+from primitives.flatten import motion_axis
 from primitives.spec import declared_names
 from scenarios.robots import robots
 from scenarios.scene import Scene
@@ -132,7 +133,9 @@ def _names(data: Any) -> Names:
     if data.get("robot") not in robots.names():
         return names
     robot = robots[data["robot"]].build()
-    return {**names, "frame": robot.frames, "joint": robot.joints, "joint group": list(robot.groups)}
+    sliding = [joint for i, joint in enumerate(robot.joints, 1) if motion_axis(robot.model, i)[0]]
+    own = {"frame": robot.frames, "joint": robot.joints, "sliding joint": sliding, "joint group": list(robot.groups)}
+    return {**names, **own}
 
 
 def _clouds(anatomy: Any) -> tuple[str, ...] | None:

@@ -16,7 +16,7 @@ from scenarios.hands_on.parts import AnatomySource, Part, placed_cloud
 from scenarios.hands_on.pull import Pull
 from scenarios.hands_on.push import Push
 from scenarios.robots import robots
-from scenarios.scene import check_duration, check_name
+from scenarios.scene import check_duration, check_limits, check_name, with_ranges
 
 
 def _in(folder: Path, file: str) -> str:
@@ -41,6 +41,7 @@ class HandsOnScene:
         a scene cannot know; None for the same.
     anatomy : see `AnatomySource`; None where nothing lies under the port.
     period : T, seconds. duration : seconds.
+    limits : {joint: (lower, upper)} where they differ from the robot's.
 
     Raises
     ------
@@ -64,6 +65,7 @@ class HandsOnScene:
     parameters: Parameters = field(default=TABLE_1)
     form: str = "reduced"
     integrator: str = "semi-implicit"
+    limits: Mapping[str, tuple[float, float]] = field(default_factory=dict)
 
     def __post_init__(self) -> None:
         check_name(self.name)
@@ -73,6 +75,7 @@ class HandsOnScene:
         for what in ("period", "duration", "port_radius"):
             number(getattr(self, what), f"{what} of scene {self.name}", positive=True)
         check_duration(self.duration, self.period)
+        check_limits(self.limits, self.name)
         object.__setattr__(self, "constraints", ConstraintSet(self.constraints))
         for constraint in self.constraints:
             if isinstance(constraint.second, Cloud):
@@ -108,8 +111,8 @@ class HandsOnScene:
         return replace(self, **changes)
 
     def build_robot(self) -> Robot:
-        """The robot; raises where the scene does not fit it."""
-        robot = robots[self.robot].build()
+        """The robot with the scene's limits; raises where the scene does not fit it."""
+        robot = with_ranges(robots[self.robot].build(), self.limits)
         known("joint group", self.group, robot.groups)
         known("frame", self.shaft, robot.frames)
         for frame in {e.frame for c in self.constraints for e in (c.first, c.second)}:

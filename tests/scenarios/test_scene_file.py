@@ -243,7 +243,7 @@ BROKEN = {
     "robot missing": ({4: None}, [(1, 'missing key "robot"')]),
     "misspelt group": ({5: "group: al"}, [(5, 'unknown joint group "al". Did you mean "all"?')]),
     "start too short": ({6: "start: [0, 0]"}, [(6, "expected 8 numbers, one a joint from joint1 to joint8, got 2")]),
-    "start with a text": ({6: "start: [0, 0, 0, 0, 0.2, 0, 1 deg, 0]"}, [(6, 'start[6]: expected a number, got')]),
+    "start with a text": ({6: "start: [0, 0, 0, 0, 0.2, 0, 1 mm, 0]"}, [(6, 'start[6]: expected an angle: a')]),
     "start with NaN": ({6: "start: [0, 0, 0, 0, .NaN, 0, 0, 0]"}, [(6, "start[4]: expected a finite number")]),
     "start with true": ({6: "start: [0, 0, 0, 0, 0.2, 0, 0, true]"}, [(6, "start[7]: expected a number, got true")]),
     "misspelt frame": (
@@ -267,7 +267,7 @@ BROKEN = {
     "waypoint of two": ({27: "    - {position: [0, 0]}"}, [(27, "waypoints[1].position: expected 3 numbers")]),
     "no waypoints": ({25: "  waypoints: []", 26: None, 27: None}, [(25, "expected at least one waypoint, got none")]),
     "period zero": ({28: "period: 0"}, [(28, "period: expected a number > 0, got 0")]),
-    "period with a unit": ({28: "period: 4 ms"}, [(28, 'period: expected a number, got the text "4 ms"')]),
+    "period with a unit": ({28: "period: 4 mm"}, [(28, 'got the text "4 mm", a length')]),
     "duration without end": ({29: "duration: 1e9"}, [(29, f"at most {MAX_CYCLES} periods of 0.004 s")]),
     "eta of nothing": ({30: "eta: {prt: 2}"}, [(30, 'eta.prt: unknown constraint "prt". Did you mean "port"?')]),
     "eta negative": ({30: "eta: {port: -2}"}, [(30, "eta.port: expected a number > 0, got -2")]),
