@@ -12,6 +12,7 @@ import typer
 from scenarios.commands.check import check
 from scenarios.commands.errors import one_clear_line
 from scenarios.commands.import_vfi import import_vfi
+from scenarios.commands.init import init
 
 app = typer.Typer(
     help="Active constraints for surgical robots: run scenes, compare enforcements, look at what happened.",
@@ -216,6 +217,7 @@ def list_names(
 
 app.command("check")(check)
 app.command("import")(import_vfi)
+app.command("init")(init)
 
 
 def main() -> None:

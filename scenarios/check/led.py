@@ -44,7 +44,9 @@ def check_led(scene: HandsOnScene, progress: Callable[[str, float], None] = lamb
         parts = build_parts(scene.anatomy, np.array(scene.port))
     except InputError as error:
         advice = "mend the anatomy; nothing else was looked at"
-        return Report(scene.name, scene.robot, [Part("clouds", [], [_error("clouds", "anatomy", str(error), advice)])])
+        return Report(
+            scene.name, str(scene.robot), [Part("clouds", [], [_error("clouds", "anatomy", str(error), advice)])]
+        )
     clouds = {name: part.cloud for name, part in parts.items()}
     port = Port(scene.shaft, scene.port)
     fixed, entities = without_entities(scene.constraints)
@@ -67,7 +69,7 @@ def check_led(scene: HandsOnScene, progress: Callable[[str, float], None] = lamb
     found.append(check_hand(space, speeds, scene.hand, led))
     found.append(check_cue(space, scene.parameters, scene.integrator, scene.period, force, speeds))
     found.append(check_approach(space, eta, scene.period, None))
-    return Report(scene.name, scene.robot, found)
+    return Report(scene.name, str(scene.robot), found)
 
 
 def _error(check: str, where: str, what: str, advice: str) -> Finding:

@@ -83,7 +83,7 @@ def check_scene(scene: Scene, progress: Progress = lambda label, share: None) ->
     progress("the reference", 0.0)
     followed = follow(scene, space)
     parts += [check_reference(scene, space, followed), check_approach(space, eta, scene.period, followed)]
-    return Report(scene.name, scene.robot, parts)
+    return Report(scene.name, str(scene.robot), parts)
 
 
 RECOVERY = 0.05, 0.5

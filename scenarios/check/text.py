@@ -117,6 +117,14 @@ TABLES: dict[str, tuple[str, dict[str, Callable[[Row], str]]]] = {
 
 def print_report(report: Report, console: Console) -> None:
     """Print the findings, the gravest first, then what was measured."""
+    print_findings(report, console)
+    for part in report.parts:
+        if part.name in TABLES and part.rows:
+            _print_part(part, console)
+
+
+def print_findings(report: Report, console: Console) -> None:
+    """Print how many findings there are, and each of them, the gravest first."""
     counts = {s: sum(f.severity == s for f in report.findings) for s in Severity}
     said = ", ".join(f"{n} {s.value}{'' if n == 1 else 's'}" for s, n in counts.items())
     console.print(f"[bold]{escape(report.scene)}[/] on {escape(report.robot)}: {said}", highlight=False)
@@ -124,9 +132,6 @@ def print_report(report: Report, console: Console) -> None:
         mark = f"[{STYLES[f.severity]}]{f.severity.value}[/]"
         place = f" ({Path(f.place).name})" if f.place else ""
         console.print(f"  {mark} {escape(f.where + place)}: {escape(f.what)}; {escape(f.advice)}", highlight=False)
-    for part in report.parts:
-        if part.name in TABLES and part.rows:
-            _print_part(part, console)
 
 
 def _print_part(part: Part, console: Console) -> None:

@@ -3,6 +3,7 @@
 from typing import NamedTuple
 
 import numpy as np
+from numpy.typing import ArrayLike
 from scipy.spatial.transform import Rotation
 
 from primitives.checks import Array, array
@@ -48,7 +49,7 @@ class Motion(NamedTuple):
     condition: float
 
 
-def first_motion(robot: Robot, start: Array | None = None) -> Motion:
+def first_motion(robot: Robot, start: ArrayLike | None = None) -> Motion:
     """A motion at a start (n,), or at one that is looked for: in, out, to one side about the port, and back.
 
     Raises
@@ -84,7 +85,7 @@ def condition(robot: Robot, q: Array) -> float:
     return float(values[0] / values[-1]) if values[-1] > 1e-12 else np.inf
 
 
-def _given(robot: Robot, start: Array) -> Array:
+def _given(robot: Robot, start: ArrayLike) -> Array:
     q = array(start, (robot.n,), "start")
     outside = [j for j, x, a, b in zip(robot.joints, q, *robot.limits[:2], strict=True) if not a <= x <= b]
     if outside:

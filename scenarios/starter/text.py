@@ -43,13 +43,13 @@ def trajectory_scene(robot: Robot, declared: str, motion: Motion, segment: float
             "",
             "constraints:",
             f"  - name: port  # the shaft passes within {PORT_RADIUS * 1e3:g} mm of the entry port",
-            f"    first: {{kind: line, frame: {_quoted(robot.tip)}}}  # the z axis of that frame",
+            f"    first: {{kind: line, frame: {quoted(robot.tip)}}}  # the z axis of that frame",
             f"    second: {{kind: point, position: {_row(motion.port)}}}",
             "    keep: inside",
             f"    safe_distance: {PORT_RADIUS:g}",
             *_plane(robot, motion),
             "",
-            f"task: {{frame: {_quoted(robot.tip)}, gain: {GAIN:g}, damping: 1e-3}}  # gain in 1/s",
+            f"task: {{frame: {quoted(robot.tip)}, gain: {GAIN:g}, damping: 1e-3}}  # gain in 1/s",
             "",
             "reference:",
             f"  segment: {segment:g}  # s from one waypoint to the next",
@@ -79,7 +79,7 @@ def hands_on_scene(robot: Robot, declared: str, motion: Motion) -> str:
             'summary: "a hand leads the tool through a port, against a plane and about the port"',
             *_arm(robot, declared, motion),
             "",
-            f"shaft: {_quoted(robot.tip)}  # its z axis is the shaft, its origin the end",
+            f"shaft: {quoted(robot.tip)}  # its z axis is the shaft, its origin the end",
             f"port: {_row(motion.port)}  # on the shaft at the start",
             "parameters:  # of the target admittance; see the table in the documentation before changing them",
             "  set: table-1",
@@ -118,7 +118,7 @@ def _arm(robot: Robot, declared: str, motion: Motion) -> list[str]:
 def _plane(robot: Robot, motion: Motion) -> list[str]:
     return [
         "  - name: plane  # the tip stays on this side of it; the motion would go beyond",
-        f"    first: {{kind: point, frame: {_quoted(robot.tip)}, position: [0, 0, 0]}}",
+        f"    first: {{kind: point, frame: {quoted(robot.tip)}, position: [0, 0, 0]}}",
         f"    second: {{kind: plane, point: {_row(motion.plane)}, normal: {_row(-motion.axis)}}}",
         "    keep: outside",
         "    safe_distance: 0",
@@ -138,7 +138,8 @@ def _row(values: Sequence[float] | Array) -> str:
     return f"[{', '.join(_number(v) for v in values)}]"
 
 
-def _quoted(name: str) -> str:
+def quoted(name: str) -> str:
+    """A text as YAML."""
     return '"' + name.replace("\\", "\\\\").replace('"', '\\"') + '"'
 
 

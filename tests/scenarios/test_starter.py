@@ -1,14 +1,21 @@
 """A first scene for an arm that is not in the project."""
 
+import json
 from pathlib import Path
 
 import numpy as np
 import pytest
 from scipy.spatial.transform import Rotation
+from typer.testing import CliRunner
 
 from primitives import DHRow, Robot
 from primitives.errors import InputError
+from scenarios.check import check_any
+from scenarios.check.finding import Severity
+from scenarios.cli import app
 from scenarios.robots import urdf_path
+from scenarios.run import run
+from scenarios.scene_file import load_any
 from scenarios.starter.motion import CONDITION, TURN, condition, first_motion
 
 EXAMPLES = Path(__file__).parents[2] / "docs" / "examples"
@@ -68,3 +75,61 @@ def test_arms_of_few_joints_get_a_start_too_unless_two_joints_do_the_same():
     slides = Robot.from_dh([DHRow("prismatic", 0.0, 0.3, 0.0, 0.0, -1.0, 1.0, 1.0)] * 2)
     with pytest.raises(InputError, match="does every joint move the tip"):
         first_motion(slides)
+
+
+def init(*arguments):
+    return CliRunner().invoke(app, ["init", *map(str, arguments)])
+
+
+@pytest.mark.parametrize("kind", [(), ("--hands-on",)])
+@pytest.mark.parametrize("arm", ARMS)
+def test_a_scene_for_an_arm_passes_the_check_and_runs_at_once(tmp_path, arm, kind):
+    path, tip = ARMS[arm]
+    out = tmp_path / "first.yaml"
+    done = init(path, "--tip", tip, "-o", out, *kind)
+    assert done.exit_code == 0, done.output
+    assert "0 errors, 0 warnings" in done.stdout
+    scene = load_any(out)
+    assert scene.constraints.names == (("plane",) if kind else ("port", "plane"))
+    report = check_any(scene)
+    assert report.ok and not [f for f in report.findings if f.severity == Severity.WARNING]
+    ran = CliRunner().invoke(app, ["run", str(out), "--json", *(["--enforcement", "vfi"] if kind else [])])
+    assert ran.exit_code == 0, ran.output
+    (result,) = json.loads(ran.stdout)
+    if kind:
+        assert result["port_error_m"]["max"] < 1e-4
+    else:
+        assert result["violated"] == [] and result["min_margin_m"]["plane"] < 5e-3
+
+
+def test_the_scene_without_its_plane_enforced_would_go_beyond_it(tmp_path):
+    """So the plane acts in the run above, and not the reference's own shape."""
+    path, tip = ARMS["six_axis"]
+    out = tmp_path / "first.yaml"
+    assert init(path, "--tip", tip, "-o", out).exit_code == 0
+    scene = load_any(out)
+    free = run(scene.with_changes(constraints=scene.constraints.enforcing([])), guard="off")
+    assert free["margin"][:, 1].min() < -5e-3
+
+
+def test_what_init_refuses(tmp_path):
+    path, _ = ARMS["six_axis"]
+    taken = tmp_path / "taken.yaml"
+    taken.write_text("mine")
+    few = tmp_path / "few.urdf"
+    few.write_text(
+        '<robot name="few"><link name="a"/><link name="b"/><joint name="j" type="revolute"><parent link="a"/>'
+        '<child link="b"/><axis xyz="0 0 1"/><limit lower="-1" upper="1" velocity="1" effort="1"/></joint></robot>'
+    )
+    for arguments, words in (
+        ((path, "-o", taken), "is there already"),
+        ((path, "-o", tmp_path / "scene.txt"), 'ends in ".yaml"'),
+        ((path, "-o", tmp_path / "new.yaml", "--tip", "tool_tap"), 'Did you mean "tool_tip"?'),
+        ((path, "-o", tmp_path / "new.yaml", "--start", "0,0,x"), "expected numbers with commas"),
+        ((path, "-o", tmp_path / "new.yaml", "--start", "0,0,0,0,0,0"), "singularity"),
+        ((few, "-o", tmp_path / "new.yaml", "--hands-on"), "needs 6 joints, it has 1"),
+        ((tmp_path / "none.urdf", "-o", tmp_path / "new.yaml"), "none.urdf"),
+    ):
+        done = init(*arguments)
+        assert done.exit_code == 2 and words in done.stderr and "Traceback" not in done.output, (words, done.output)
+    assert taken.read_text() == "mine" and not (tmp_path / "new.yaml").exists()
