@@ -78,8 +78,11 @@ def run(
         PlantName, typer.Option(help="Of hands-on scenes: ideal joints, or physics.")
     ] = PlantName.kinematic,
     enforcement: Annotated[
-        str, typer.Option(help="Of hands-on scenes: admittance (potentials), vfi (inequalities), both, none.")
-    ] = "admittance",
+        str | None,
+        typer.Option(
+            help="Of scenes with a hand: admittance (potentials; hands-on's default), vfi (inequalities), both, none."
+        ),
+    ] = None,
     metric: Annotated[
         str, typer.Option(help="Of vfi and both: project in the free coordinates, or in the joints' (not passive).")
     ] = "free",

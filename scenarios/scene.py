@@ -3,13 +3,16 @@
 import re
 from collections.abc import Mapping
 from dataclasses import dataclass, field, replace
+from pathlib import Path
 from typing import Any, Self
 
+from admittance.joint_parameters import JointParameters
 from primitives.checks import array, known, number
 from primitives.constraint import ConstraintSet
 from primitives.errors import InputError
 from primitives.robot import Robot
-from scenarios.robots import robots
+from scenarios.by_hand.hand import Guide
+from scenarios.own_robot import OwnRobot, SceneRobot, entry_of
 from scenarios.trajectory import PoseTrajectory
 from vfi.tasks import PoseTask
 
@@ -50,7 +53,7 @@ class Scene:
     Attributes
     ----------
     name, summary : shown to people; a run calls its scene and its files by the name.
-    robot : a registered robot.
+    robot : the name of a registered robot, or an `OwnRobot`.
     group : joint group whose velocities are decided.
     start : (n,) first configuration of all joints, rad and m.
     constraints : enforced and watched ones.
@@ -59,6 +62,8 @@ class Scene:
     limit_eta : gain of the joint-position limits, 1/s.
     period : T, seconds. duration : seconds, at most `MAX_CYCLES` periods.
     limits : {joint: (lower, upper)} where they differ from the robot's.
+    hand, admittance : the hand that leads the tool along the reference, and what the tool is like to it; None where
+        the task follows the reference by itself.
 
     Raises
     ------
@@ -67,7 +72,7 @@ class Scene:
 
     name: str
     summary: str
-    robot: str
+    robot: SceneRobot
     group: str
     start: tuple[float, ...]
     constraints: ConstraintSet
@@ -78,10 +83,12 @@ class Scene:
     eta: float | Mapping[str, float] = 0.5
     limit_eta: float = 5.0
     limits: Mapping[str, tuple[float, float]] = field(default_factory=dict)
+    hand: Guide | None = None
+    admittance: JointParameters | None = None
 
     def __post_init__(self) -> None:
         check_name(self.name)
-        known("robot", self.robot, robots.names())
+        entry_of(self.robot)
         start = array(self.start, (None,), f"start of scene {self.name}")
         object.__setattr__(self, "start", tuple(start.tolist()))
         for what in ("period", "duration", "limit_eta"):
@@ -92,14 +99,20 @@ class Scene:
                 known("constraint", constraint, self.constraints.names)
             number(gain, f"eta of scene {self.name}", positive=True)
         check_limits(self.limits, self.name)
+        if (self.hand is None) != (self.admittance is None):
+            raise InputError(f"scene {self.name}: hand and admittance go together, got one of them")
 
     def build_robot(self) -> Robot:
         """The robot with the scene's limits; raises where the scene does not fit it."""
-        robot = robots[self.robot].build()
+        robot = entry_of(self.robot).build()
         robot = with_ranges(robot, self.limits)
         known("joint group", self.group, robot.groups)
         array(self.start, (robot.n,), f'start of scene {self.name} for robot "{self.robot}"')
         return robot
+
+    def located(self, folder: Path) -> Self:
+        """The scene with whole paths of the files that it names, from a folder where it does not say from where."""
+        return replace(self, robot=self.robot.located(folder)) if isinstance(self.robot, OwnRobot) else self
 
     def with_changes(self, **changes: Any) -> Self:
         """The scene with other values of some attributes."""

@@ -9,12 +9,13 @@ from pydantic import AfterValidator, Field, PlainValidator, TypeAdapter, Validat
 
 from primitives.constraint import ConstraintSet
 from primitives.errors import InputError
-from primitives.files.fields import Numbers, Positive, Text, check_text, list_of, one_of, refers_to
+from primitives.files.fields import Numbers, Positive, Text, check_text, list_of, refers_to
 from primitives.files.joints import Configuration, Ranges, RangesField
 from primitives.files.model import FileModel, gather, show
 from primitives.files.quantities import Period, Position, Rate, Rotation, Span
 from primitives.spec import Declared, DeclaredField, constraints_data
-from scenarios.robots import robots
+from scenarios.by_hand.model import GuideModel, JointParametersField, by_hand_data
+from scenarios.own_robot_file import RobotField, robot_data
 from scenarios.scene import Scene, check_duration, check_name
 from scenarios.trajectory import PoseTrajectory, Waypoint
 from vfi.tasks import PoseTask
@@ -90,7 +91,7 @@ class SceneModel(FileModel):
 
     name: Annotated[Text, AfterValidator(check_name)]
     summary: Text
-    robot: Annotated[str, one_of("robot", robots.names)]
+    robot: RobotField
     group: Annotated[Text, refers_to("joint group")]
     start: Configuration
     constraints: DeclaredField
@@ -102,6 +103,8 @@ class SceneModel(FileModel):
     eta: Annotated[float | Mapping[str, float], PlainValidator(_eta)] = Scene.eta
     limit_eta: Rate = Scene.limit_eta
     limits: LimitsField = Field(default_factory=dict)
+    hand: GuideModel | None = None
+    admittance: JointParametersField | None = None
 
     def build(self) -> Scene:
         """The scene that the file declares; raises InputError."""
@@ -121,6 +124,8 @@ class SceneModel(FileModel):
             eta=self.eta,
             limit_eta=self.limit_eta,
             limits=self.constraints.limits | self.limits,
+            hand=self.hand.build() if self.hand is not None else None,
+            admittance=self.admittance,
         )
 
 
@@ -130,7 +135,7 @@ def scene_data(scene: Scene) -> dict[str, Any]:
     return {
         "name": scene.name,
         "summary": check_text(scene.summary),
-        "robot": scene.robot,
+        "robot": robot_data(scene.robot),
         "group": check_text(scene.group),
         "start": _floats(scene.start),
         "constraints": constraints_data(scene.constraints),
@@ -151,6 +156,7 @@ def scene_data(scene: Scene) -> dict[str, Any]:
         "eta": {name: float(gain) for name, gain in eta.items()} if isinstance(eta, Mapping) else float(eta),
         "limit_eta": float(scene.limit_eta),
         "limits": {joint: _floats(limit) for joint, limit in scene.limits.items()},
+        **(by_hand_data(scene.hand, scene.admittance) if scene.hand and scene.admittance else {}),
     }
 
 

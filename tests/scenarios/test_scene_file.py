@@ -16,8 +16,9 @@ from primitives.elements import Line, Point
 from primitives.errors import FileError, InputError, UnknownNameError
 from primitives.evaluate import evaluate
 from scenarios import neurosurgery
+from scenarios.includes import MAX_FILES
 from scenarios.scene import MAX_CYCLES, Scene
-from scenarios.scene_file import MAX_FILES, dump_scene, load_scene
+from scenarios.scene_file import dump_scene, load_scene
 from scenarios.scenes import FOLDER, register_scene, scene_names, scene_path
 from scenarios.trajectory import PoseTrajectory, Waypoint
 from tests.primitives.broken_files import broken_data, broken_texts, changed, problems, survives
