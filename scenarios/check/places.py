@@ -6,6 +6,7 @@ from typing import Any
 from primitives.files.document import Document
 from primitives.files.yaml_file import read
 from primitives.spec import declared_names
+from scenarios.includes import with_sets
 from scenarios.scenes import scene_path
 
 _LISTS = (("reference", "waypoints"), ("hand", "waypoints"))
@@ -13,14 +14,14 @@ _LISTS = (("reference", "waypoints"), ("hand", "waypoints"))
 
 
 def places(path_or_name: str, robot: str | None = None) -> dict[str, str]:
-    """{constraint, joint or waypoint: file:line} of a scene by name or file, its bases included; nearer files first."""
+    """{constraint, joint or waypoint: file:line} of a scene by name or file; its bases and sets count, nearer first."""
     is_file = path_or_name.endswith((".yaml", ".yml"))
     path: Path | None = Path(path_or_name) if is_file else scene_path(path_or_name, robot)
     out: dict[str, str] = {}
     seen: set[Path] = set()
     while path is not None and path not in seen:
         seen.add(path)
-        document = read(path)
+        document = with_sets(read(path), path)
         data = document.data if isinstance(document.data, dict) else {}
         out = _of(document, data) | out
         base = data.get("base")
