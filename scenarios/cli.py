@@ -8,9 +8,12 @@ from typing import Annotated, Any
 
 import typer
 
+from scenarios.commands.check import check
 from scenarios.commands.compare import compare
 from scenarios.commands.diff import diff
 from scenarios.commands.errors import one_clear_line
+from scenarios.commands.import_vfi import import_vfi
+from scenarios.commands.init import init
 from scenarios.commands.names import GuardMode, PlantName
 from scenarios.commands.report import report
 
@@ -173,6 +176,9 @@ def list_names(
 app.command("compare")(compare)
 app.command("report")(report)
 app.command("diff")(diff)
+app.command("check")(check)
+app.command("import")(import_vfi)
+app.command("init")(init)
 
 
 def main() -> None:
