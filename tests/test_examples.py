@@ -55,23 +55,3 @@ def test_hand_is_stopped_before_the_ball():
     # At rest the repulsion holds what the hand pulls with, as hard as it can.
     assert float(re.search(r"at the end ([\d.]+) N", text)[1]) == pytest.approx(15.0, abs=0.02)
     assert float(re.search(r"excess ([\d.e+-]+) J", text)[1]) <= 1e-9
-
-
-def blocks():
-    """Python blocks of the README and the pages of docs/."""
-    pages = [ROOT / "README.md", *sorted((ROOT / "docs").glob("*.md"))]
-    found = [(page, code) for page in pages for code in re.findall(r"```python\n(.*?)```", page.read_text(), re.S)]
-    return [pytest.param(code, id=f"{page.name}-{i}") for i, (page, code) in enumerate(found)]
-
-
-@pytest.mark.parametrize("code", blocks())
-def test_code_in_the_documentation_runs(code, capsys):
-    exec(compile(code, "<documentation>", "exec"), {})
-
-
-def test_readme_prints_what_it_says(capsys):
-    (code,) = re.findall(r"```python\n(.*?)```", (ROOT / "README.md").read_text(), re.S)
-    exec(compile(code, "<README>", "exec"), {})
-    state, margin = capsys.readouterr().out.split()
-    assert state == "RUN"
-    assert 0.0 < float(margin) < 0.1
