@@ -2,6 +2,7 @@
 
 from collections.abc import Mapping
 from contextlib import suppress
+from dataclasses import replace
 from time import perf_counter_ns
 from typing import Any
 
@@ -10,23 +11,27 @@ from numpy.typing import ArrayLike
 
 from primitives import conversions
 from primitives.checks import Array, array, known, number
+from primitives.cloud_table import Spheres
 from primitives.constraint import ConstraintSet
 from primitives.errors import InputError
 from primitives.evaluate import entity_arrays
-from primitives.memory import addresses
+from primitives.kinematics import world_first
+from primitives.memory import Memory, addresses
 from primitives.robot import Robot
+from primitives.table import used_frames
 from vfi import cycle as compiled_cycle
 from vfi import recovery
 from vfi.backends import Backend, solvers
 from vfi.cycle import UNREAD
 from vfi.explain import explain
-from vfi.lowering import Settings, lower, one_or_each
+from vfi.forms import PortForm
+from vfi.lowering import Settings, check_influence, gain_of, lower, one_or_each
 from vfi.memory import Real, Whole
-from vfi.messages import Command, Layout, Measurement, Rows, new_command
-from vfi.outcome import Guard, Reason, Setting, Slot, State
+from vfi.messages import Command, FreeReference, Layout, Measurement, Rows, new_command
+from vfi.outcome import Basis, Form, Guard, Option, Reason, Setting, Slot, State
 from vfi.qp import QP, SolverStatus
 from vfi.record import Head, columns, width
-from vfi.tasks import PoseTask, Task
+from vfi.tasks import PoseTask, ProjectionTask, Task
 
 EXPIRY_PERIODS = 2.0
 _STATES = tuple(State)
@@ -43,6 +48,23 @@ def _plain(value: Any) -> Any:
     return conversions.from_dq(value) if hasattr(value, "vec8") else value
 
 
+def _copy_to(view: Array, value: Any, what: str) -> None:
+    """Copy an input to its place in the memory; raises InputError where its form is wrong."""
+    if type(value) is np.ndarray and value.shape == view.shape and value.dtype == view.dtype:
+        view[:] = value
+    else:
+        view[:] = array(_plain(value), view.shape, what, finite=False)
+
+
+def _check_takes(solver: str, memory: Memory) -> None:
+    """Refuse what another solver than the kernel cannot take."""
+    if len(memory.whole[Whole.CLOUD]) or memory.whole[Whole.OPTIONS][Option.BASIS] != Basis.JOINTS:
+        raise InputError(
+            f'solver "{solver}": constraints on clouds, equalities and projections are for the solver "active-set" '
+            'only, whose program may change its size; take that, or the form "rows" for a port'
+        )
+
+
 class Controller:
     """Vector-field inequalities in a quadratic program, for one robot, one constraint set and one task.
 
@@ -57,13 +79,17 @@ class Controller:
     solver : a name of `vfi.backends.solvers`.
     guard : "act", "watch" (verify and count, but command the solver's answer) or "off".
     user_rows : how many rows of the user's own `step` may get.
+    clouds : the points of every cloud that a constraint refers to, by name, e.g. a `PointCloud`.
+    reach : up to which margin the points of a cloud get rows, metres; a motion that would bring a farther one nearer
+        than that allows is scaled down by the guard.
+    forms : how entry ports are kept: {constraint: "rows", "equality" or `Soft`}; see `vfi.forms`.
     ring : records kept until they are drained.
 
     Raises
     ------
-    InputError : a number out of range, eta T > 1 for a gain eta.
+    InputError : a number out of range, eta T > 1 for a gain eta, a solver that cannot take clouds or a basis.
     InactiveConstraintError : an enforced constraint that no decided joint can influence.
-    UnknownNameError : a frame, group, constraint or solver that does not exist.
+    UnknownNameError : a frame, group, constraint, cloud or solver that does not exist.
     """
 
     def __init__(
@@ -81,6 +107,9 @@ class Controller:
         solver: str = "active-set",
         guard: str = "act",
         user_rows: int = 0,
+        clouds: Mapping[str, Spheres] | None = None,
+        reach: float = 0.02,
+        forms: Mapping[str, PortForm] | None = None,
         ring: int = 512,
     ):
         known("guard", guard, [g.name.lower() for g in Guard])
@@ -90,10 +119,21 @@ class Controller:
         user_rows, ring = _count(user_rows, "user_rows", 0), _count(ring, "ring", 1)
         recovery = recovery_linear, recovery_angular
         settings = Settings(
-            period, eta, limit_eta, *recovery, Guard[guard.upper()], user_rows, second_solver=entry.bind is not None
+            period,
+            eta,
+            limit_eta,
+            *recovery,
+            Guard[guard.upper()],
+            user_rows,
+            second_solver=entry.bind is not None,
+            reach=reach,
+            forms=forms or {},
         )
-        lowered = lower(robot, constraints, task, group, settings)
+        lowered = lower(robot, constraints, task, group, settings, clouds or {})
+        if entry.bind is not None:
+            _check_takes(solver, lowered.memory)
         self.robot, self.constraints, self.task, self.period = robot, constraints, task, float(period)
+        self._tips = lowered.tips
         self.group, self.solver, self.guard = group, solver, guard
         self.joints = tuple(robot.joints[i] for i in robot.group(group))
         self.entities = lowered.entities
@@ -105,7 +145,10 @@ class Controller:
         self._memory = lowered.memory
         self._arguments = lowered.memory.arguments
         real, whole = lowered.memory.real, lowered.memory.whole
-        self._inputs = ("q", real[Real.Q]), ("qdot", real[Real.QDOT]), ("reference", real[Real.REFERENCE])
+        self._inputs = ("q", real[Real.Q]), ("qdot", real[Real.QDOT])
+        given = Real.METRIC, Real.BASIS, Real.OFFSET
+        self._free = tuple(real[block] for block in given) if isinstance(task, ProjectionTask) else ()
+        self._reference = real[Real.REFERENCE]
         self._clock, self._v, self._multiplier = real[Real.CLOCK], real[Real.V], real[Real.MULTIPLIER]
         self._outcome: Any = whole[Whole.OUTCOME]
         self._layout = Layout.of(self.columns, constraints.names)
@@ -118,16 +161,17 @@ class Controller:
         self._backend: Backend | None = entry.bind(self.qp) if entry.bind else None
         self._where = addresses(lowered.memory, self.ring)
         self._read_and_cycle: Any = compiled_cycle.read_and_cycle
-        self._direct = self._backend is None and not self.entities and not user_rows
+        self._direct = self._backend is None and not self.entities and not user_rows and not self._free
         """Whether compiled code reads the inputs itself; not so once they came in a form that it cannot read."""
 
-    def step(self, measurement: Measurement, reference: ArrayLike, rows: Rows | None = None) -> Command:
+    def step(self, measurement: Measurement, reference: ArrayLike | FreeReference, rows: Rows | None = None) -> Command:
         """One cycle. Never raises and never commands a number that is not finite.
 
         Parameters
         ----------
         measurement : see `Measurement`.
-        reference : (8,) unit dual quaternion for a `PoseTask`, (d,) joint velocities for a `VelocityTask`.
+        reference : (8,) unit dual quaternion for a `PoseTask`, one after the other for several, (d,) joint velocities
+            for a `VelocityTask`, a `FreeReference` for a `ProjectionTask`.
         rows : at most `user_rows` rows of the user's own.
         """
         start = perf_counter_ns()
@@ -152,6 +196,58 @@ class Controller:
         self._cycle_us[row] = (perf_counter_ns() - start) * 1e-3
         return command
 
+    def adjust(
+        self,
+        name: str,
+        *,
+        enforced: bool | None = None,
+        eta: float | None = None,
+        safe_distance: float | None = None,
+        over: float = 0.5,
+    ) -> None:
+        """Switch a constraint on or off, or change its gain or safe distance, while the controller runs.
+
+        The numbers go over smoothly, so that the command does not jump (see `vfi.blend`); a further call begins at
+        what they are then.
+
+        Parameters
+        ----------
+        name : of the constraint. enforced, eta, safe_distance : None for as it is; 1/s, metres or radians.
+        over : seconds that the change takes.
+
+        Raises
+        ------
+        UnknownNameError : no such constraint.
+        InputError : a number out of range, a port in the form of an equality that is to be switched.
+        InactiveConstraintError : a constraint that no decided joint can influence.
+        """
+        place = self.constraints.names.index(known("constraint", name, self.constraints.names))
+        real, whole, old = self._memory.real, self._memory.whole, self.constraints[name]
+        gain = real[Real.ETA][place] if eta is None else gain_of(eta, f'eta of constraint "{name}"', self.period)
+        new = replace(
+            old,
+            enforced=old.enforced if enforced is None else enforced,
+            safe_distance=old.safe_distance if safe_distance is None else safe_distance,
+        )
+        if new.enforced != old.enforced and whole[Whole.FORM][place] == Form.EQUALITY:
+            raise InputError(f'constraint "{name}": an equality cannot be switched while running; take rows or Soft')
+        if new.enforced and not old.enforced:
+            frames = world_first((*used_frames(self.constraints), *self._tips))
+            check_influence(new, frames, self.robot.flat(frames), self.robot.group(self.group))
+        time = number(over, "over", positive=True)
+        real[Real.BLEND][place] = [
+            0.0,
+            min(1.0, self.period / time),
+            real[Real.FORCE][place],
+            float(new.enforced),
+            real[Real.ETA][place],
+            gain,
+            real[Real.SAFE][place],
+            new.safe_distance,
+        ]
+        whole[Whole.OPTIONS][Option.BLENDING] = 1
+        self.constraints = ConstraintSet(new if c.name == name else c for c in self.constraints)
+
     def _cycle(self, t: float, row: int) -> int:
         """A cycle whose inputs are in the memory; returns the state."""
         if self._backend is None:
@@ -159,16 +255,21 @@ class Controller:
         self._with_backend(self._backend, t, row)
         return int(self._outcome[Slot.STATE])
 
-    def _take_in(self, measurement: Measurement, reference: ArrayLike, rows: Rows | None) -> float:
+    def _take_in(self, measurement: Measurement, reference: ArrayLike | FreeReference, rows: Rows | None) -> float:
         """Copy the inputs to the cycle's memory and return the time; raises InputError where their form is wrong."""
         t = number(measurement.t, "t")
         if not self._clock[0] < t:
             raise InputError(f"t: expected a time after {self._clock[0]} s, got {t}")
-        for (what, view), value in zip(self._inputs, (measurement.q, measurement.qdot, reference), strict=True):
-            if type(value) is np.ndarray and value.shape == view.shape and value.dtype == view.dtype:
-                view[:] = value
-            else:
-                view[:] = array(_plain(value), view.shape, what, finite=False)
+        for (what, view), value in zip(self._inputs, (measurement.q, measurement.qdot), strict=True):
+            _copy_to(view, value, what)
+        if self._free:
+            if not isinstance(reference, FreeReference):
+                raise InputError(f"reference: expected a FreeReference, got {type(reference).__name__}")
+            _copy_to(self._reference, reference.v_ref, "v_ref")
+            for place, what, given in zip(self._free, ("metric", "basis", "offset"), reference[1:], strict=True):
+                _copy_to(place, given, what)
+        else:
+            _copy_to(self._reference, reference, "reference")
         if self.entities:
             poses, twists = entity_arrays(measurement.entities or {}, self.entities)
             self._memory.real[Real.POSE][self._first_entity :] = poses
@@ -181,7 +282,8 @@ class Controller:
     def _take_rows(self, rows: Rows | None) -> None:
         m, d = len(self.constraints), len(self.joints)
         A, demand = self._memory.real[Real.A], self._memory.real[Real.DEMAND]
-        A[m:], demand[m:] = 0.0, -np.inf
+        last = m + self._user_rows
+        A[m:last], demand[m:last] = 0.0, -np.inf
         if rows is None:
             return
         jacobian = array(rows.jacobian, (None, d), "jacobian of rows")

@@ -16,14 +16,19 @@ from primitives.kinematics import forward_kinematics, frame_jacobians
 from primitives.memory import MEMORY, cube, integer_matrix, integers, matrix, vector
 from primitives.vectors import copy
 from primitives.verification import all_finite
+from vfi.basis import change_variables, eliminate, relax_in_basis, shorten, solve_in_basis
+from vfi.blend import advance, ease
+from vfi.contacts import fill_contacts, find
+from vfi.energy import account
 from vfi.inequality import fill_rows
 from vfi.limits import fill_bounds
 from vfi.memory import Real, Whole
-from vfi.outcome import Option, Reason, Setting, Slot, State
-from vfi.record import write_record
+from vfi.outcome import Basis, Option, Reason, Setting, Slot, State
+from vfi.port import fill_ports
+from vfi.record import note_multipliers, write_record
 from vfi.recovery import conclude, judge
 from vfi.relaxation import relax
-from vfi.tasks import POSE, fill_cost, fill_pose_task, fill_velocity_task, unit_defect
+from vfi.tasks import PROJECTION, VELOCITY, fill_cost, fill_pose_task, fill_velocity_task, unit_defect
 
 VIOLATED = 1e-5
 """A margin below minus this, or a joint farther out of its range, is a violation that is said; metres or radians."""
@@ -31,6 +36,26 @@ UNIT = 1e-6
 """How far a reference pose may be from a unit dual quaternion."""
 UNREAD = -1
 """Instead of a state: the inputs have not the form that compiled code can read."""
+
+
+@compiled("int64(float64[::1], int64[:,::1])")
+def given_finite(f: Array, fl: np.ndarray) -> int:
+    """1 where the basis, offset and metric that came with the reference are finite, else 0."""
+    basis, metric = matrix(f, fl, Real.BASIS).reshape(-1), matrix(f, fl, Real.METRIC).reshape(-1)
+    return int(all_finite(basis) and all_finite(metric) and all_finite(vector(f, fl, Real.OFFSET)))
+
+
+@compiled(f"int64({MEMORY})")
+def in_basis(f: Array, fl: np.ndarray, w: np.ndarray, wl: np.ndarray) -> int:
+    """Go over to the variables y; 0 where the ports that must always be kept cannot be."""
+    low, high, offset = vector(f, fl, Real.LOW), vector(f, fl, Real.HIGH), vector(f, fl, Real.OFFSET)
+    if integers(w, wl, Whole.OPTIONS)[Option.BASIS] == Basis.PORTS:
+        E, e, Q = matrix(f, fl, Real.EQUALITY), vector(f, fl, Real.EQUALITY_RATE), matrix(f, fl, Real.ORTHOGONAL)
+        if not eliminate(E, e, Q, matrix(f, fl, Real.TRIANGLE), matrix(f, fl, Real.BASIS), offset):
+            return 0
+        shorten(offset, low, high)
+    change_variables(f, fl, w, wl)
+    return 1
 
 
 @compiled(f"int64({MEMORY})")
@@ -49,12 +74,18 @@ def prepare(f: Array, fl: np.ndarray, w: np.ndarray, wl: np.ndarray) -> int:
     finite = finite and all_finite(pose[entities:].reshape(-1)) and all_finite(twist.reshape(-1))
     if not finite:
         return conclude(f, fl, w, wl, State.FAULT, Reason.NOT_FINITE, -1)
-    if options[Option.TASK] == POSE and unit_defect(reference) > UNIT:
-        return conclude(f, fl, w, wl, State.FAULT, Reason.REFERENCE, -1)
+    tips = integers(w, wl, Whole.TIPS)
+    for k in range(tips.shape[0]):
+        if unit_defect(reference[8 * k : 8 * k + 8]) > UNIT:
+            return conclude(f, fl, w, wl, State.FAULT, Reason.REFERENCE, k)
+    if options[Option.BASIS] == Basis.GIVEN and not given_finite(f, fl):
+        return conclude(f, fl, w, wl, State.FAULT, Reason.NOT_FINITE, -1)
     decided = integers(w, wl, Whole.DECIDED)
     for j in decided:
         given[j] = 0.0
     settings = vector(f, fl, Real.SETTINGS)
+    if options[Option.BLENDING]:
+        advance(f, fl, w, wl)
 
     parent, prismatic = integers(w, wl, Whole.PARENT), integers(w, wl, Whole.PRISMATIC)
     frame_joint, joint_pose = integers(w, wl, Whole.FRAME_JOINT), matrix(f, fl, Real.JOINT_POSE)
@@ -81,17 +112,36 @@ def prepare(f: Array, fl: np.ndarray, w: np.ndarray, wl: np.ndarray) -> int:
         residual,
         status,
     )
+    if options[Option.BLENDING]:
+        safe_rate = vector(f, fl, Real.SAFE_RATE)
+        for i in range(margin.shape[0]):
+            residual[i] -= side[i] * safe_rate[i]
+    clouds = integer_matrix(w, wl, Whole.CLOUD).shape[0] > 0
+    if clouds and find(f, fl, w, wl) < 0:
+        return conclude(f, fl, w, wl, State.FAULT, Reason.NOT_FINITE, -1)
 
-    weight, error, task = vector(f, fl, Real.WEIGHT), vector(f, fl, Real.ERROR), matrix(f, fl, Real.TASK)
-    target = vector(f, fl, Real.TARGET)
-    if options[Option.TASK] == POSE:
-        tip, x = options[Option.TIP], vector(f, fl, Real.TIP)
-        from_pose(pose, tip, x)
-        gain, J = settings[Setting.GAIN], matrix(f, fl, Real.POSE_JACOBIAN)
-        fill_pose_task(x, jacobian[tip], reference, weight, given, decided, gain, J, error, task, target)
-    else:
+    weight, task, target = vector(f, fl, Real.WEIGHT), matrix(f, fl, Real.TASK), vector(f, fl, Real.TARGET)
+    x, error, J = vector(f, fl, Real.TIP), vector(f, fl, Real.ERROR), matrix(f, fl, Real.POSE_JACOBIAN)
+    for k in range(tips.shape[0]):
+        at, end = 8 * k, 8 * k + 8
+        from_pose(pose, tips[k], x[at:end])
+        fill_pose_task(
+            x[at:end],
+            jacobian[tips[k]],
+            reference[at:end],
+            weight[at:end],
+            given,
+            decided,
+            vector(f, fl, Real.GAIN)[k],
+            J,
+            error[at:end],
+            task[at:end],
+            target[at:end],
+        )
+    if options[Option.TASK] == VELOCITY:
         fill_velocity_task(reference, weight, task, target)
-    fill_cost(task, target, settings[Setting.DAMPING], matrix(f, fl, Real.H), vector(f, fl, Real.G))
+    if options[Option.TASK] != PROJECTION:
+        fill_cost(task, target, settings[Setting.DAMPING], matrix(f, fl, Real.H), vector(f, fl, Real.G))
 
     low, high = vector(f, fl, Real.LOW), vector(f, fl, Real.HIGH)
     limits, last = matrix(f, fl, Real.LIMITS), vector(f, fl, Real.LAST)
@@ -123,7 +173,15 @@ def prepare(f: Array, fl: np.ndarray, w: np.ndarray, wl: np.ndarray) -> int:
     )
     if without >= 0:
         return conclude(f, fl, w, wl, State.FAULT, Reason.NO_ROW, without)
+    if options[Option.BLENDING]:
+        ease(f, fl, w, wl)
+    if clouds:
+        fill_contacts(f, fl, w, wl)
+    if options[Option.PORTS]:
+        fill_ports(f, fl, w, wl)
     copy(demand, b)
+    if options[Option.BASIS] != Basis.JOINTS and not in_basis(f, fl, w, wl):
+        return conclude(f, fl, w, wl, State.HOLD, Reason.SINGULAR, -1)
     enforced = integers(w, wl, Whole.ENFORCED)
     for i in range(margin.shape[0]):
         if enforced[i] and margin[i] < -VIOLATED:
@@ -134,6 +192,8 @@ def prepare(f: Array, fl: np.ndarray, w: np.ndarray, wl: np.ndarray) -> int:
 @compiled(f"int64({MEMORY})")
 def solve_active_set(f: Array, fl: np.ndarray, w: np.ndarray, wl: np.ndarray) -> int:
     """Solve the program as it stands; returns the solver's status."""
+    if integers(w, wl, Whole.OPTIONS)[Option.BASIS] != Basis.JOINTS:
+        return solve_in_basis(f, fl, w, wl)
     return solve(
         matrix(f, fl, Real.H),
         vector(f, fl, Real.G),
@@ -147,6 +207,34 @@ def solve_active_set(f: Array, fl: np.ndarray, w: np.ndarray, wl: np.ndarray) ->
         integers(w, wl, Whole.MASK),
         vector(f, fl, Real.SCALE),
         matrix(f, fl, Real.WORK),
+    )
+
+
+@compiled(f"int64({MEMORY})")
+def relax_rows(f: Array, fl: np.ndarray, w: np.ndarray, wl: np.ndarray) -> int:
+    """Lower B where the rows contradict each other; returns the solver's status."""
+    if integers(w, wl, Whole.OPTIONS)[Option.BASIS] != Basis.JOINTS:
+        return relax_in_basis(f, fl, w, wl)
+    return relax(
+        matrix(f, fl, Real.A),
+        vector(f, fl, Real.DEMAND),
+        vector(f, fl, Real.LOW),
+        vector(f, fl, Real.HIGH),
+        integers(w, wl, Whole.SAFETY_CLASS),
+        vector(f, fl, Real.B),
+        vector(f, fl, Real.SLACK),
+        matrix(f, fl, Real.RELAXED_H),
+        vector(f, fl, Real.RELAXED_G),
+        matrix(f, fl, Real.RELAXED_A),
+        vector(f, fl, Real.RELAXED_B),
+        vector(f, fl, Real.RELAXED_LOW),
+        vector(f, fl, Real.RELAXED_HIGH),
+        vector(f, fl, Real.RELAXED_V),
+        vector(f, fl, Real.RELAXED_MULTIPLIER),
+        integers(w, wl, Whole.RELAXED_ACTIVE),
+        integers(w, wl, Whole.RELAXED_MASK),
+        vector(f, fl, Real.RELAXED_SCALE),
+        matrix(f, fl, Real.RELAXED_WORK),
     )
 
 
@@ -171,27 +259,7 @@ def optimise(f: Array, fl: np.ndarray, w: np.ndarray, wl: np.ndarray) -> int:
     if status != OPTIMAL:
         slack = vector(f, fl, Real.SLACK)
         before = slack.copy()
-        relaxed = relax(
-            matrix(f, fl, Real.A),
-            vector(f, fl, Real.DEMAND),
-            low,
-            high,
-            integers(w, wl, Whole.SAFETY_CLASS),
-            vector(f, fl, Real.B),
-            slack,
-            matrix(f, fl, Real.RELAXED_H),
-            vector(f, fl, Real.RELAXED_G),
-            matrix(f, fl, Real.RELAXED_A),
-            vector(f, fl, Real.RELAXED_B),
-            vector(f, fl, Real.RELAXED_LOW),
-            vector(f, fl, Real.RELAXED_HIGH),
-            vector(f, fl, Real.RELAXED_V),
-            vector(f, fl, Real.RELAXED_MULTIPLIER),
-            integers(w, wl, Whole.RELAXED_ACTIVE),
-            integers(w, wl, Whole.RELAXED_MASK),
-            vector(f, fl, Real.RELAXED_SCALE),
-            matrix(f, fl, Real.RELAXED_WORK),
-        )
+        relaxed = relax_rows(f, fl, w, wl)
         if relaxed == OPTIMAL:
             status = solve_active_set(f, fl, w, wl)
         if status == OPTIMAL:
@@ -205,6 +273,9 @@ def optimise(f: Array, fl: np.ndarray, w: np.ndarray, wl: np.ndarray) -> int:
 @compiled(f"void({MEMORY}, float64, float64[:,::1], int64)")
 def finish(f: Array, fl: np.ndarray, w: np.ndarray, wl: np.ndarray, t: float, ring: Array, row: int) -> None:
     """Remember the command for the next cycle and write the record of this one."""
+    if integers(w, wl, Whole.OPTIONS)[Option.TASK] == PROJECTION:
+        account(f, fl, w, wl)
+    note_multipliers(f, fl, w, wl)
     copy(vector(f, fl, Real.V), vector(f, fl, Real.LAST))
     write_record(f, fl, w, wl, t, ring, row)
 

@@ -10,38 +10,55 @@ _TEXT = {
     Reason.SOLVER: "the solver found no answer that is finite",
     Reason.HALVED: "re-solving did not keep all margins for a period; the command was scaled down",
     Reason.ACCELERATION: "the acceleration limits yielded to position or velocity limits, or to a constraint",
+    Reason.SINGULAR: "a port cannot be kept: no joint velocity moves the shaft across it; standing still",
     Reason.SECOND_SOLVER: "the chosen solver found no answer that is verified; the active-set kernel did",
 }
 
 
 def conflict(memory: Memory, names: tuple[str, ...], joints: tuple[str, ...]) -> tuple[str, ...]:
     """Names of the rows that contradict each other: constraints, "row k" for the user's, limits of joints."""
-    active, rows, d = memory.whole[Whole.ACTIVE], len(memory.real[Real.B]), len(joints)
+    active, rows, d = memory.whole[Whole.ACTIVE], rows_of(memory), len(joints)
     out = []
     for k in active[1 : 1 + active[0]]:
-        if k < len(names):
-            out.append(names[k])
-        elif k < rows:
-            out.append(f"row {k - len(names)}")
+        if k < rows:
+            out.append(label(memory, names, int(k)))
         else:
             out.append(f"{'lower' if k < rows + d else 'upper'} limit of {joints[(k - rows) % d]}")
-    return tuple(out)
+    return tuple(dict.fromkeys(out))
+
+
+def rows_of(memory: Memory) -> int:
+    """How many rows there were in the last cycle."""
+    return int(memory.float_layout[Real.B, 1])
+
+
+def label(memory: Memory, names: tuple[str, ...], row: int) -> str:
+    """What people call a row: its constraint, also for the points of a cloud, or "row k" for the user's."""
+    fixed = int(memory.whole[Whole.OPTIONS][Option.FIXED])
+    if row >= fixed:
+        row = int(memory.whole[Whole.CLOUD][memory.whole[Whole.OWNER][row - fixed], 0])
+    return names[row] if row < len(names) else f"row {row - len(names)}"
 
 
 def slacks(memory: Memory, names: tuple[str, ...]) -> dict[str, float]:
     """By how much each row that yielded falls short of its demand, per second."""
-    A, demand, v, slack = (memory.real[block] for block in (Real.A, Real.DEMAND, Real.V, Real.SLACK))
+    rows, v = rows_of(memory), memory.real[Real.V]
+    A, demand, slack = (memory.real[block][:rows] for block in (Real.A, Real.DEMAND, Real.SLACK))
     short = np.where(np.isfinite(demand), demand - A @ v, 0.0)
     if memory.whole[Whole.OPTIONS][Option.GUARD] != Guard.OFF:
-        short = np.maximum(short, memory.real[Real.DEFECT] + slack)
+        short = np.maximum(short, memory.real[Real.DEFECT][:rows] + slack)
     short[slack == 0.0] = 0.0
-    labels = [*names, *(f"row {i}" for i in range(len(demand) - len(names)))]
-    return {labels[i]: float(short[i]) for i in np.flatnonzero(short > 1e-9)}
+    out: dict[str, float] = {}
+    for i in np.flatnonzero(short > 1e-9):
+        name = label(memory, names, int(i))
+        out[name] = max(out.get(name, 0.0), float(short[i]))
+    return out
 
 
 def _not_finite(memory: Memory) -> str:
     """Which number of the measurement or the reference is NaN or infinite."""
-    for what, block in (("q", Real.Q), ("qdot", Real.QDOT), ("reference", Real.REFERENCE)):
+    given = ("metric", Real.METRIC), ("basis", Real.BASIS), ("offset", Real.OFFSET)
+    for what, block in (("q", Real.Q), ("qdot", Real.QDOT), ("reference", Real.REFERENCE), *given):
         values = memory.real[block]
         if not np.isfinite(values).all():
             return f"{what}: expected finite numbers, got {values.tolist()}"
@@ -65,7 +82,7 @@ def explain(memory: Memory, names: tuple[str, ...], joints: tuple[str, ...]) -> 
     if reason == Reason.NOT_FINITE:
         return _not_finite(memory)
     if reason == Reason.REFERENCE:
-        x = memory.real[Real.REFERENCE]
+        x = memory.real[Real.REFERENCE][8 * where : 8 * where + 8]
         return (
             f"reference: expected a unit dual quaternion r + eps (1/2) t r, got {x.tolist()}, with |r| = "
             f"{np.linalg.norm(x[:4]):.9g} and <r, dual part> = {x[:4] @ x[4:]:.3g}"
@@ -80,10 +97,11 @@ def explain(memory: Memory, names: tuple[str, ...], joints: tuple[str, ...]) -> 
             "being driven back"
         )
     if reason == Reason.NOT_KEPT:
-        label = "a joint limit"
+        what = "a joint limit"
         if where >= 0:
-            label = f'constraint "{names[where]}"' if where < len(names) else f"row {where - len(names)}"
-        return f"{label} would not be kept for a period, neither re-solved nor scaled down; standing still"
+            name = label(memory, names, where)
+            what = f'constraint "{name}"' if name in names else name
+        return f"{what} would not be kept for a period, neither re-solved nor scaled down; standing still"
     if reason == Reason.SLACK:
         parts = [f"{name} by {value:.3g} {unit(name)}/s" for name, value in slacks(memory, names).items()]
         return "constraints in conflict; these yield: " + (", ".join(parts) or "none measurably")

@@ -1,24 +1,26 @@
 """From a robot, a constraint set and a task to the memory of a cycle, once per controller."""
 
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from typing import NamedTuple
 
 import numpy as np
 from numpy.typing import ArrayLike
 
-from primitives.active_set import work_rows
 from primitives.checks import Array, array, known, number
-from primitives.constraint import ConstraintSet
-from primitives.elements import WORLD, Element
+from primitives.cloud_table import Spheres, tabulate_clouds
+from primitives.constraint import Constraint, ConstraintSet
+from primitives.elements import Element
 from primitives.errors import InactiveConstraintError, InputError
 from primitives.kinematics import FlatModel, world_first
 from primitives.memory import Memory
 from primitives.robot import Robot
 from primitives.table import tabulate, used_entities, used_frames
 from primitives.verification import TOLERANCE_ANGULAR, TOLERANCE_LINEAR
-from vfi.memory import Real, Whole
-from vfi.outcome import Guard, Option, Setting, Slot
-from vfi.tasks import POSE, VELOCITY, PoseTask, Task
+from vfi.contacts import set_rows
+from vfi.forms import EQUALITY, ROWS, Soft, form_of_each
+from vfi.memory import Real, Sizes, Whole, lay_out
+from vfi.outcome import Basis, Blend, Form, Guard, Option, Setting
+from vfi.tasks import POSE, PROJECTION, VELOCITY, PoseTask, ProjectionTask, Task, VelocityTask
 
 
 class Settings(NamedTuple):
@@ -32,14 +34,17 @@ class Settings(NamedTuple):
     guard: Guard
     user_rows: int
     second_solver: bool
+    reach: float
+    forms: "Mapping[str, str | Soft]"
 
 
 class Lowered(NamedTuple):
-    """A filled memory, the entities it waits for, and the frame index of the first of them."""
+    """A filled memory, the entities it waits for, the frame index of the first of them, and the tasks' frames."""
 
     memory: Memory
     entities: tuple[str, ...]
     first_entity: int
+    tips: tuple[str, ...]
 
 
 def one_or_each(value: ArrayLike, n: int, what: str) -> Array:
@@ -57,11 +62,12 @@ def _gains(eta: float | Mapping[str, float], names: tuple[str, ...], period: flo
     for name in names:
         if name not in given and "" not in given:
             raise InputError(f'no eta for constraint "{name}"; give one, or one for all others under the key ""')
-        out.append(_gain(given.get(name, given.get("", 0.0)), f'eta of constraint "{name}"', period))
+        out.append(gain_of(given.get(name, given.get("", 0.0)), f'eta of constraint "{name}"', period))
     return np.array(out)
 
 
-def _gain(value: float, what: str, period: float) -> float:
+def gain_of(value: float, what: str, period: float) -> float:
+    """A gain, 1/s, that goes with the period; raises InputError."""
     gain = number(value, what, positive=True)
     if gain * period > 1.0 + 1e-12:
         raise InputError(
@@ -71,8 +77,8 @@ def _gain(value: float, what: str, period: float) -> float:
     return gain
 
 
-def _check_influence(constraints: ConstraintSet, frames: tuple[str, ...], flat: FlatModel, decided: np.ndarray) -> None:
-    """Refuse an enforced constraint whose elements no decided joint moves against each other: it yields no row."""
+def check_influence(c: Constraint, frames: tuple[str, ...], flat: FlatModel, decided: np.ndarray) -> None:
+    """Refuse a constraint whose elements no decided joint moves against each other: it yields no row."""
 
     def movers(element: Element) -> set[int]:
         found: set[int] = set()
@@ -83,16 +89,70 @@ def _check_influence(constraints: ConstraintSet, frames: tuple[str, ...], flat: 
             joint = int(flat.parent[joint])
         return found
 
-    for c in constraints:
-        if c.enforced and movers(c.first) == movers(c.second):
-            on = " and ".join(f'"{e.entity or e.frame}"' for e in (c.first, c.second))
-            raise InactiveConstraintError(
-                f'constraint "{c.name}" is enforced, but none of the decided joints moves its elements, on {on}, '
-                "against each other: put one on another frame of the arm, or watch it"
-            )
+    if movers(c.first) == movers(c.second):
+        on = " and ".join(f'"{e.entity or e.frame}"' for e in (c.first, c.second))
+        raise InactiveConstraintError(
+            f'constraint "{c.name}" is enforced, but none of the decided joints moves its elements, on {on}, '
+            "against each other: put one on another frame of the arm, or watch it"
+        )
 
 
-def lower(robot: Robot, constraints: ConstraintSet, task: Task, group: str, settings: Settings) -> Lowered:
+def _pose_tasks(task: Task, robot: Robot) -> list[PoseTask]:
+    """The pose tasks of a task; raises InputError where several do not go together."""
+    if isinstance(task, PoseTask):
+        return [task]
+    if isinstance(task, VelocityTask | ProjectionTask):
+        return []
+    tasks = list(task) if isinstance(task, Sequence) else [task]
+    if not tasks or not all(isinstance(t, PoseTask) for t in tasks):
+        raise InputError(
+            f"task: expected a PoseTask, several of them, a VelocityTask or a ProjectionTask, got {task!r}"
+        )
+    on = [t.frame or robot.tip for t in tasks]
+    if len(set(on)) < len(on):
+        raise InputError(f"task: expected pose tasks of different frames, got {', '.join(on)}")
+    if len({t.damping for t in tasks}) > 1:
+        raise InputError(f"task: expected pose tasks of one damping, got {', '.join(f'{t.damping:g}' for t in tasks)}")
+    return tasks
+
+
+def _sizes(robot: Robot, d: int, m: int, task: Task, tips: int, settings: Settings, equalities: int) -> Sizes:
+    """Sizes of the memory but for frames and clouds."""
+    given = isinstance(task, ProjectionTask)
+    free = int(task.coordinates) if isinstance(task, ProjectionTask) else (d - equalities if equalities else 0)
+    if given and not 1 <= free <= d:
+        raise InputError(f"coordinates of ProjectionTask: expected 1 to {d}, the decided joints, got {free}")
+    if equalities and free < 1:
+        raise InputError(f"ports that must always be kept leave none of the {d} decided joints free")
+    rows = 8 * tips if tips else (0 if given else d)
+    return Sizes(
+        n=robot.n,
+        d=d,
+        m=m,
+        user=settings.user_rows,
+        frames=0,
+        robot_frames=0,
+        reference=free if given else rows,
+        task=rows,
+        tips=tips,
+        free=free,
+        equalities=equalities,
+        clouds=0,
+        points=0,
+        cells=0,
+        largest=0,
+        contacts=0,
+    )
+
+
+def lower(
+    robot: Robot,
+    constraints: ConstraintSet,
+    task: Task,
+    group: str,
+    settings: Settings,
+    clouds: Mapping[str, Spheres],
+) -> Lowered:
     """Check everything, lay out the memory and fill what does not change from cycle to cycle.
 
     Raises
@@ -100,24 +160,42 @@ def lower(robot: Robot, constraints: ConstraintSet, task: Task, group: str, sett
     InputError, UnknownNameError, InactiveConstraintError : see `vfi.controller.Controller`.
     """
     period = number(settings.period, "period", positive=True)
-    limit_gain = _gain(settings.limit_eta, "limit_eta", period)
+    limit_gain = gain_of(settings.limit_eta, "limit_eta", period)
     recovery = (
         number(settings.recovery_linear, "recovery_linear", positive=True),
         number(settings.recovery_angular, "recovery_angular", positive=True),
     )
-    tracks = isinstance(task, PoseTask)
-    tip = (task.frame or robot.tip) if isinstance(task, PoseTask) else WORLD
-    if isinstance(task, PoseTask):
-        _gain(task.gain, "gain of PoseTask", period)
-    frames = world_first((*used_frames(constraints), tip))
+    reach = number(settings.reach, "reach", positive=True)
+    poses = _pose_tasks(task, robot)
+    for t in poses:
+        gain_of(t.gain, "gain of PoseTask", period)
+    tips = [t.frame or robot.tip for t in poses]
+    frames = world_first((*used_frames(constraints), *tips))
     entities, decided, flat = used_entities(constraints), robot.group(group), robot.flat(frames)
     for name in entities:
         if name in robot.frames:
             raise InputError(f'"{name}" is a frame of the robot and cannot be an entity too')
-    _check_influence(constraints, frames, flat, decided)
-    table = tabulate(constraints, frames, entities)
-    n, d, m, f = robot.n, len(decided), len(constraints), len(frames) + len(entities)
-    memory = _memory(n, d, m, m + int(settings.user_rows), f, len(frames), 8 if tracks else d)
+    for c in constraints:
+        if c.enforced:
+            check_influence(c, frames, flat, decided)
+    forms = form_of_each(constraints, settings.forms)
+    table, spheres = tabulate(constraints, frames, entities), tabulate_clouds(constraints, clouds)
+    m, always = (
+        len(constraints),
+        sum(2 for c, form in zip(constraints, forms, strict=True) if form == EQUALITY and c.enforced),
+    )
+    if always and isinstance(task, ProjectionTask):
+        raise InputError("forms: a ProjectionTask's basis keeps its port already; leave out the equality")
+    sizes = _sizes(robot, len(decided), m, task, len(tips), settings, always)._replace(
+        frames=len(frames) + len(entities),
+        robot_frames=len(frames),
+        clouds=len(spheres.at),
+        points=len(spheres.points),
+        cells=len(spheres.cells),
+        largest=spheres.largest,
+        contacts=spheres.total,
+    )
+    memory = lay_out(sizes)
     real, whole = memory.real, memory.whole
 
     whole[Whole.PARENT][:], whole[Whole.PRISMATIC][:] = flat.parent, flat.prismatic
@@ -125,116 +203,47 @@ def lower(robot: Robot, constraints: ConstraintSet, task: Task, group: str, sett
     whole[Whole.FRAME_JOINT][:] = flat.frame_joint
     whole[Whole.ADDRESS][:], whole[Whole.FRAME][:] = table.address, table.frame
     whole[Whole.ENFORCED][:], whole[Whole.ANGULAR][:] = table.enforced, table.angular
-    whole[Whole.SAFETY_CLASS][:m], whole[Whole.SAFETY_CLASS][m:] = table.safety_class, 0
+    whole[Whole.SAFETY_CLASS][:m] = table.safety_class
     real[Real.GEOMETRY][:], real[Real.SIDE][:], real[Real.SAFE][:] = table.geometry, table.side, table.safe
     real[Real.ETA][:] = _gains(settings.eta, constraints.names, period)
+    real[Real.FORCE][:], real[Real.BLEND][:, Blend.TIME] = table.enforced, 1.0
+    whole[Whole.CLOUD][:], real[Real.SPHERE][:], real[Real.CLOUD_PLACEMENT][:] = (
+        spheres.at,
+        spheres.sphere,
+        spheres.placement,
+    )
+    real[Real.POINTS][:], whole[Whole.CELLS][:] = spheres.points, spheres.cells
     whole[Whole.DECIDED][:] = decided
-    slides = flat.prismatic[decided] == 1
-    rows = m + int(settings.user_rows)
-    real[Real.TOLERANCE][:m] = np.where(table.angular == 1, TOLERANCE_ANGULAR, TOLERANCE_LINEAR)
-    real[Real.TOLERANCE][m:rows] = TOLERANCE_LINEAR
-    real[Real.TOLERANCE][rows:] = np.where(slides, TOLERANCE_LINEAR, TOLERANCE_ANGULAR)
+    real[Real.ROW_TOLERANCE][:] = TOLERANCE_LINEAR
+    real[Real.ROW_TOLERANCE][:m] = np.where(table.angular == 1, TOLERANCE_ANGULAR, TOLERANCE_LINEAR)
+    real[Real.JOINT_TOLERANCE][:] = np.where(flat.prismatic[decided] == 1, TOLERANCE_LINEAR, TOLERANCE_ANGULAR)
     real[Real.LIMITS][:] = [limit[decided] for limit in robot.limits]
-    real[Real.DEMAND][m:] = -np.inf
+    real[Real.DEMAND][m:], real[Real.RATE][m:] = -np.inf, -np.inf
 
     real[Real.CLOCK][0] = -np.inf
     chosen = real[Real.SETTINGS]
-    chosen[Setting.PERIOD], chosen[Setting.LIMIT_GAIN] = period, limit_gain
+    chosen[Setting.PERIOD], chosen[Setting.LIMIT_GAIN], chosen[Setting.REACH] = period, limit_gain, reach
     chosen[Setting.RECOVERY_LINEAR], chosen[Setting.RECOVERY_ANGULAR] = recovery
     options = whole[Whole.OPTIONS]
     options[Option.GUARD], options[Option.ROBOT_FRAMES] = settings.guard, len(frames)
-    options[Option.SECOND_SOLVER] = settings.second_solver
-    options[Option.TASK], options[Option.TIP] = POSE if tracks else VELOCITY, frames.index(tip)
-    if isinstance(task, PoseTask):
-        chosen[Setting.GAIN], chosen[Setting.DAMPING] = task.gain, task.damping
-        real[Real.WEIGHT][:] = array(task.weight, (8,), "weight")
+    options[Option.SECOND_SOLVER], options[Option.FIXED] = settings.second_solver, sizes.fixed
+    options[Option.BASIS] = Basis.GIVEN if isinstance(task, ProjectionTask) else Basis.PORTS if always else Basis.JOINTS
+    if sizes.free:
+        real[Real.UNBOUNDED][: sizes.free], real[Real.UNBOUNDED][sizes.free :] = -np.inf, np.inf
+    for i, form in enumerate(forms):
+        if form is not ROWS:
+            options[Option.PORTS] = 1
+            whole[Whole.FORM][i] = Form.EQUALITY if form == EQUALITY else Form.SOFT
+            real[Real.PORT_WEIGHT][i] = form.weight if isinstance(form, Soft) else 0.0
+    whole[Whole.TIPS][:] = [frames.index(tip) for tip in tips]
+    options[Option.TASK] = POSE if poses else VELOCITY
+    if poses:
+        chosen[Setting.DAMPING], real[Real.GAIN][:] = poses[0].damping, [t.gain for t in poses]
+        real[Real.WEIGHT][:] = np.concatenate([array(t.weight, (8,), "weight") for t in poses])
+    elif isinstance(task, VelocityTask):
+        real[Real.WEIGHT][:] = one_or_each(task.weight, len(decided), "weight of VelocityTask")
     else:
-        real[Real.WEIGHT][:] = one_or_each(task.weight, d, "weight of VelocityTask")
-    return Lowered(memory, entities, len(frames))
-
-
-def _memory(n: int, d: int, m: int, rows: int, frames: int, robot_frames: int, task: int) -> Memory:
-    wide = d + 1
-    real = {
-        Real.PLACEMENT: (n, 12),
-        Real.FRAME_PLACEMENT: (robot_frames, 12),
-        Real.GEOMETRY: (2 * m, 8),
-        Real.SIDE: (m,),
-        Real.SAFE: (m,),
-        Real.SETTINGS: (len(Setting),),
-        Real.WEIGHT: (task,),
-        Real.ETA: (m,),
-        Real.TOLERANCE: (rows + d,),
-        Real.LIMITS: (4, d),
-        Real.CLOCK: (1,),
-        Real.Q: (n,),
-        Real.QDOT: (n,),
-        Real.GIVEN: (n,),
-        Real.REFERENCE: (task,),
-        Real.TWIST: (frames, 6),
-        Real.JOINT_POSE: (n, 12),
-        Real.POSE: (frames, 12),
-        Real.JACOBIAN: (frames, 6, n),
-        Real.DISTANCE: (m,),
-        Real.MARGIN: (m,),
-        Real.ROW: (m, n),
-        Real.RESIDUAL: (m,),
-        Real.RATE: (m,),
-        Real.DEMAND: (rows,),
-        Real.SLACK: (rows,),
-        Real.TIP: (8,),
-        Real.ERROR: (8,),
-        Real.TASK: (task, d),
-        Real.TARGET: (task,),
-        Real.POSE_JACOBIAN: (8, n),
-        Real.H: (d, d),
-        Real.G: (d,),
-        Real.A: (rows, d),
-        Real.B: (rows,),
-        Real.LOW: (d,),
-        Real.HIGH: (d,),
-        Real.V: (d,),
-        Real.CANDIDATE: (d,),
-        Real.LAST: (d,),
-        Real.MULTIPLIER: (rows + 2 * d,),
-        Real.SCALE: (rows,),
-        Real.WORK: (work_rows(d), d),
-        Real.Q_NEXT: (n,),
-        Real.JOINT_POSE_NEXT: (n, 12),
-        Real.POSE_NEXT: (frames, 12),
-        Real.DISTANCE_NEXT: (m,),
-        Real.MARGIN_NEXT: (m,),
-        Real.DEFECT: (rows,),
-        Real.LAST_DEFECT: (rows,),
-        Real.SHORTFALL: (1,),
-        Real.RELAXED_H: (wide, wide),
-        Real.RELAXED_G: (wide,),
-        Real.RELAXED_A: (rows, wide),
-        Real.RELAXED_B: (rows,),
-        Real.RELAXED_LOW: (wide,),
-        Real.RELAXED_HIGH: (wide,),
-        Real.RELAXED_V: (wide,),
-        Real.RELAXED_MULTIPLIER: (rows + 2 * wide,),
-        Real.RELAXED_SCALE: (rows,),
-        Real.RELAXED_WORK: (work_rows(wide), wide),
-    }
-    whole = {
-        Whole.PARENT: (n,),
-        Whole.PRISMATIC: (n,),
-        Whole.FRAME_JOINT: (robot_frames,),
-        Whole.ADDRESS: (m,),
-        Whole.FRAME: (m, 2),
-        Whole.ENFORCED: (m,),
-        Whole.SAFETY_CLASS: (rows,),
-        Whole.ANGULAR: (m,),
-        Whole.STATUS: (m,),
-        Whole.STATUS_NEXT: (m,),
-        Whole.DECIDED: (d,),
-        Whole.ACTIVE: (d + 2,),
-        Whole.MASK: (rows + 2 * d,),
-        Whole.RELAXED_ACTIVE: (wide + 2,),
-        Whole.RELAXED_MASK: (rows + 2 * wide,),
-        Whole.OPTIONS: (len(Option),),
-        Whole.OUTCOME: (len(Slot),),
-    }
-    return Memory(real, whole)
+        options[Option.TASK] = PROJECTION
+    if len(spheres.at):
+        set_rows(memory.float_layout, memory.integers, memory.integer_layout, sizes.fixed)
+    return Lowered(memory, entities, len(frames), tuple(tips))

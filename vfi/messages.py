@@ -47,6 +47,22 @@ class Rows(NamedTuple):
     residual: ArrayLike = 0.0
 
 
+class FreeReference(NamedTuple):
+    """The reference of a `ProjectionTask`, for d decided joints and m free coordinates.
+
+    Attributes
+    ----------
+    v_ref : (m,) free velocity that is wanted.
+    metric : (m, m) positive definite; M + T D of a target admittance, in SI units.
+    basis, offset : (d, m) and (d,): joint velocities are basis y + offset, rad/s and m/s.
+    """
+
+    v_ref: ArrayLike
+    metric: ArrayLike
+    basis: ArrayLike
+    offset: ArrayLike
+
+
 class ByName(Mapping[str, float]):
     """An array whose entries have names; making one costs nothing per entry."""
 
@@ -83,13 +99,14 @@ class Layout(NamedTuple):
 
     Attributes
     ----------
-    qdot, margin, multiplier : columns of the record.
+    qdot, margin, multiplier, free : columns of the record.
     names : {constraint: its place among the margins and multipliers}.
     """
 
     qdot: slice
     margin: slice
     multiplier: slice
+    free: slice
     names: Mapping[str, int]
 
     @classmethod
@@ -97,7 +114,7 @@ class Layout(NamedTuple):
         """The layout of records with these columns, for these constraints."""
         first = columns["multiplier"].start
         places = {name: i for i, name in enumerate(names)}
-        return cls(columns["qdot"], columns["margin"], slice(first, first + len(names)), places)
+        return cls(columns["qdot"], columns["margin"], slice(first, first + len(names)), columns["free"], places)
 
 
 class Command(NamedTuple):
@@ -124,13 +141,18 @@ class Command(NamedTuple):
         return self.record[self.layout.qdot]
 
     @property
+    def free(self) -> Array:
+        """(m,) free velocities that qdot consists of, where the program is solved in a basis; else empty."""
+        return self.record[self.layout.free]
+
+    @property
     def margins(self) -> ByName:
         """Of every constraint, metres or radians; those of the last usable cycle in FAULT."""
         return ByName(self.layout.names, self.record[self.layout.margin])
 
     @property
     def multipliers(self) -> ByName:
-        """Of every constraint, 0 where its row does not act."""
+        """Of every constraint, 0 where its row does not act; of a cloud the sum over its points."""
         return ByName(self.layout.names, self.record[self.layout.multiplier])
 
 

@@ -43,6 +43,8 @@ class Reason(IntEnum):
     """An enforced constraint is violated and is being left; the place is its index."""
     OUT_OF_RANGE = 13
     """A decided joint is outside its range and is being driven back; the place is its index among them."""
+    SINGULAR = 14
+    """A port that must always be kept cannot be: the rows of all such ports have lost rank."""
 
 
 class Slot(IntEnum):
@@ -66,10 +68,11 @@ class Setting(IntEnum):
 
     PERIOD = 0
     DAMPING = 1
-    GAIN = 2
-    LIMIT_GAIN = 3
-    RECOVERY_LINEAR = 4
-    RECOVERY_ANGULAR = 5
+    LIMIT_GAIN = 2
+    RECOVERY_LINEAR = 3
+    RECOVERY_ANGULAR = 4
+    REACH = 5
+    """Up to which margin the points of clouds get rows, metres."""
 
 
 class Option(IntEnum):
@@ -77,7 +80,67 @@ class Option(IntEnum):
 
     GUARD = 0
     TASK = 1
-    TIP = 2
-    ROBOT_FRAMES = 3
-    SECOND_SOLVER = 4
+    ROBOT_FRAMES = 2
+    SECOND_SOLVER = 3
     """1 where the active-set kernel stands behind another solver."""
+    BASIS = 4
+    """A `Basis`."""
+    FIXED = 5
+    """Rows that are there in every cycle; those of the points of clouds come after them."""
+    CONTACTS = 6
+    """Points of clouds that have rows in this cycle."""
+    BLENDING = 7
+    """1 while a constraint is on its way to other numbers."""
+    PORTS = 8
+    """1 where a constraint has another form than rows."""
+
+
+class Basis(IntEnum):
+    """In which variables the program is solved."""
+
+    JOINTS = 0
+    GIVEN = 1
+    """Those of a basis that comes with the reference."""
+    PORTS = 2
+    """Those of the motions that keep the ports which must always be kept."""
+
+
+class Form(IntEnum):
+    """How a constraint becomes a part of the program."""
+
+    ROWS = 0
+    EQUALITY = 1
+    """A shaft that must always run through its port: two rows, A v = -eta x_c (paper A, (7))."""
+    SOFT = 2
+    """A shaft that is to run through its port as far as all rows allow: a term of the cost."""
+
+
+class Blend(IntEnum):
+    """Columns of the block `Real.BLEND`: the way of a constraint from some numbers to others."""
+
+    TIME = 0
+    """From 0 to 1, where it ends."""
+    STEP = 1
+    FORCE_FROM = 2
+    FORCE_TO = 3
+    ETA_FROM = 4
+    ETA_TO = 5
+    SAFE_FROM = 6
+    SAFE_TO = 7
+
+
+class Work(IntEnum):
+    """What the parts of a projected step do to the motion, J; see `vfi.energy`."""
+
+    KEEPING = 0
+    """Rows whose margin may shrink: <= 0."""
+    RECOVERING = 1
+    """Rows that lead out of a violation: the demanded rate's part."""
+    MOVING = 2
+    """The motion of what is kept away from: the residual's part."""
+    PORT = 3
+    """The motion that leads back to the port."""
+    LIMITS = 4
+    """Joint limits."""
+    GUARD = 5
+    """Scaling down what verification refused."""

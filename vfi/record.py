@@ -6,7 +6,7 @@ import numpy as np
 
 from primitives.checks import Array
 from primitives.compiled import compiled
-from primitives.memory import MEMORY, Memory, integers, put, vector
+from primitives.memory import MEMORY, Memory, integer_matrix, integers, put, vector
 from vfi.memory import Real, Whole
 from vfi.outcome import Slot
 
@@ -29,17 +29,20 @@ _BLOCKS = (
     ("shortfall", Real.SHORTFALL),
     ("distance", Real.DISTANCE),
     ("margin", Real.MARGIN),
-    ("slack", Real.SLACK),
-    ("multiplier", Real.MULTIPLIER),
+    ("slack", Real.NOTED_SLACK),
+    ("multiplier", Real.NOTED_MULTIPLIER),
+    ("free", Real.FREE),
+    ("work", Real.WORK_DONE),
 )
 
 
 def columns(memory: Memory) -> dict[str, slice]:
     """Where each quantity stands in a record: "t", "cycle_us", the outcome's slots in lower case, and the blocks.
 
-    q (n,), qdot (d,), reference, pose and error (8,) or (d,), distance and margin (m,), slack (r,), multiplier
-    (r + 2d,): rows, lower bounds, upper bounds. shortfall is by how much the solver's first answer falls short of its
-    rows, at most, in the margins' unit per second.
+    q (n,), qdot (d,), reference, pose and error (8,) a pose task or (d,), distance and margin (m,), slack (r,),
+    multiplier (r + 2d,): rows, lower bounds, upper bounds; of a cloud the largest slack and the sum of multipliers of
+    its points. shortfall is by how much the solver's first answer falls short of its rows, at most, in the margins'
+    unit per second. free and work are those of a program in a basis; see `vfi.outcome.Work`.
     """
     names = [h.name.lower() for h in Head] + [s.name.lower() for s in Slot]
     out = {name: slice(i, i + 1) for i, name in enumerate(names)}
@@ -54,6 +57,24 @@ def columns(memory: Memory) -> dict[str, slice]:
 def width(memory: Memory) -> int:
     """Number of columns of a record."""
     return max(int(s.stop) for s in columns(memory).values())
+
+
+@compiled(f"void({MEMORY})")
+def note_multipliers(f: Array, fl: np.ndarray, w: np.ndarray, wl: np.ndarray) -> None:
+    """Slacks and multipliers as the record holds them: the points of a cloud count for their constraint."""
+    multiplier, slack = vector(f, fl, Real.MULTIPLIER), vector(f, fl, Real.SLACK)
+    noted, yielded = vector(f, fl, Real.NOTED_MULTIPLIER), vector(f, fl, Real.NOTED_SLACK)
+    fixed, rows = yielded.shape[0], slack.shape[0]
+    for i in range(fixed):
+        noted[i] = multiplier[i]
+        yielded[i] = slack[i]
+    owner, cloud = integers(w, wl, Whole.OWNER), integer_matrix(w, wl, Whole.CLOUD)
+    for i in range(fixed, rows):
+        place = cloud[owner[i - fixed], 0]
+        noted[place] += multiplier[i]
+        yielded[place] = max(yielded[place], slack[i])
+    for i in range(fixed, noted.shape[0]):
+        noted[i] = multiplier[rows + i - fixed]
 
 
 @compiled(f"void({MEMORY}, float64, float64[:,::1], int64)")
@@ -73,5 +94,7 @@ def write_record(f: Array, fl: np.ndarray, w: np.ndarray, wl: np.ndarray, t: flo
     at = put(vector(f, fl, Real.SHORTFALL), ring, row, at)
     at = put(vector(f, fl, Real.DISTANCE), ring, row, at)
     at = put(vector(f, fl, Real.MARGIN), ring, row, at)
-    at = put(vector(f, fl, Real.SLACK), ring, row, at)
-    put(vector(f, fl, Real.MULTIPLIER), ring, row, at)
+    at = put(vector(f, fl, Real.NOTED_SLACK), ring, row, at)
+    at = put(vector(f, fl, Real.NOTED_MULTIPLIER), ring, row, at)
+    at = put(vector(f, fl, Real.FREE), ring, row, at)
+    put(vector(f, fl, Real.WORK_DONE), ring, row, at)

@@ -12,6 +12,7 @@ from primitives.compiled import compiled
 from primitives.evaluate import evaluate_margins
 from primitives.kinematics import forward_kinematics
 from primitives.memory import MEMORY, integer_matrix, integers, matrix, vector
+from primitives.vectors import copy
 from primitives.verification import (
     all_finite,
     bound_excess,
@@ -20,8 +21,10 @@ from primitives.verification import (
     sampled_defects,
     worst_defect,
 )
+from vfi.basis import expand
+from vfi.contacts import predict
 from vfi.memory import Real, Whole
-from vfi.outcome import Guard, Option, Reason, Setting, Slot, State
+from vfi.outcome import Basis, Guard, Option, Reason, Setting, Slot, State
 
 RESOLVES = 3
 """How often a program is solved again with the measured defect on its right-hand side, before a second solver is."""
@@ -44,6 +47,7 @@ def conclude(f: Array, fl: np.ndarray, w: np.ndarray, wl: np.ndarray, state: int
         outcome[Slot.WHERE] = where
     if state >= State.HOLD:
         vector(f, fl, Real.V)[:] = 0.0
+        vector(f, fl, Real.FREE)[:] = 0.0
         vector(f, fl, Real.MULTIPLIER)[:] = 0.0
     return state
 
@@ -82,12 +86,30 @@ def violation(f: Array, fl: np.ndarray, w: np.ndarray, wl: np.ndarray) -> float:
         margin_next,
         integers(w, wl, Whole.STATUS_NEXT),
     )
-    slack, tolerance = vector(f, fl, Real.SLACK), vector(f, fl, Real.TOLERANCE)
+    slack, tolerance, rate = (
+        vector(f, fl, Real.SLACK),
+        vector(f, fl, Real.ROW_TOLERANCE),
+        vector(f, fl, Real.RATE),
+    )
     row_defects(matrix(f, fl, Real.A), vector(f, fl, Real.DEMAND), slack, v, defect)
-    sampled_defects(vector(f, fl, Real.MARGIN), margin_next, vector(f, fl, Real.RATE), slack, period, defect)
-    rows = defect.shape[0]
-    bounds = bound_excess(v, vector(f, fl, Real.LOW), vector(f, fl, Real.HIGH), tolerance[rows:])
-    return max(bounds, worst_defect(defect, tolerance[:rows]))
+    sampled_defects(vector(f, fl, Real.MARGIN), margin_next, rate, slack, period, defect)
+    cloud, options = integer_matrix(w, wl, Whole.CLOUD), integers(w, wl, Whole.OPTIONS)
+    if cloud.shape[0]:
+        predict(f, fl, w, wl)
+        fixed, points = options[Option.FIXED], options[Option.CONTACTS]
+        sampled_defects(
+            vector(f, fl, Real.CLEARANCE)[:points],
+            vector(f, fl, Real.CLEARANCE_NEXT),
+            rate[fixed:],
+            slack[fixed:],
+            period,
+            defect[fixed:],
+        )
+        for c in range(cloud.shape[0]):
+            if np.isnan(margin_next[cloud[c, 0]]):
+                defect[cloud[c, 0]] = np.nan
+    bounds = bound_excess(v, vector(f, fl, Real.LOW), vector(f, fl, Real.HIGH), vector(f, fl, Real.JOINT_TOLERANCE))
+    return max(bounds, worst_defect(defect, tolerance))
 
 
 @compiled("void(float64[::1], int64[:,::1], float64[::1], int64)")
@@ -99,7 +121,7 @@ def raise_demands(f: Array, fl: np.ndarray, v: Array, attempt: int) -> None:
     at once.
     """
     A, b, last = matrix(f, fl, Real.A), vector(f, fl, Real.B), vector(f, fl, Real.LAST_DEFECT)
-    defect, tolerance = vector(f, fl, Real.DEFECT), vector(f, fl, Real.TOLERANCE)
+    defect, tolerance = vector(f, fl, Real.DEFECT), vector(f, fl, Real.ROW_TOLERANCE)
     for i in range(b.shape[0]):
         if defect[i] > tolerance[i]:
             value, factor = 0.0, 0.0
@@ -118,9 +140,13 @@ def concede(f: Array, fl: np.ndarray, w: np.ndarray, wl: np.ndarray) -> int:
     Such a row has a demand > 0: standing still would not keep it either. It may lose as much as standing still would.
     """
     v, demand, slack = vector(f, fl, Real.V), vector(f, fl, Real.DEMAND), vector(f, fl, Real.SLACK)
-    defect, tolerance = vector(f, fl, Real.DEFECT), vector(f, fl, Real.TOLERANCE)
+    defect, tolerance, joints = (
+        vector(f, fl, Real.DEFECT),
+        vector(f, fl, Real.ROW_TOLERANCE),
+        vector(f, fl, Real.JOINT_TOLERANCE),
+    )
     rows = defect.shape[0]
-    if not bound_excess(v, vector(f, fl, Real.LOW), vector(f, fl, Real.HIGH), tolerance[rows:]) <= 1.0:
+    if not bound_excess(v, vector(f, fl, Real.LOW), vector(f, fl, Real.HIGH), joints) <= 1.0:
         return 0
     for i in range(rows):
         if not defect[i] <= tolerance[i] and not (demand[i] > 0.0 and slack[i] + defect[i] <= demand[i]):
@@ -135,7 +161,7 @@ def concede(f: Array, fl: np.ndarray, w: np.ndarray, wl: np.ndarray) -> int:
 @compiled(f"int64({MEMORY})")
 def worst_row(f: Array, fl: np.ndarray, w: np.ndarray, wl: np.ndarray) -> int:
     """Row with the largest defect in tolerances, the first NaN before all; -1 where a joint limit is what fails."""
-    defect, tolerance = vector(f, fl, Real.DEFECT), vector(f, fl, Real.TOLERANCE)
+    defect, tolerance = vector(f, fl, Real.DEFECT), vector(f, fl, Real.ROW_TOLERANCE)
     place, worst = -1, 1.0
     for i in range(defect.shape[0]):
         if np.isnan(defect[i]):
@@ -156,11 +182,24 @@ def note_shortfall(f: Array, fl: np.ndarray, v: Array) -> None:
     vector(f, fl, Real.SHORTFALL)[0] = worst
 
 
+@compiled(f"void({MEMORY})")
+def halve(f: Array, fl: np.ndarray, w: np.ndarray, wl: np.ndarray) -> None:
+    """Halve the command; in a basis what is free of it, so that the way back to the port goes on."""
+    v, free = vector(f, fl, Real.V), vector(f, fl, Real.FREE)
+    if integers(w, wl, Whole.OPTIONS)[Option.BASIS] == Basis.JOINTS:
+        for j in range(v.shape[0]):
+            v[j] *= 0.5
+        return
+    for j in range(free.shape[0]):
+        free[j] *= 0.5
+    expand(f, fl, w, wl)
+
+
 @compiled(f"int64({MEMORY}, int64)")
 def judge(f: Array, fl: np.ndarray, w: np.ndarray, wl: np.ndarray, solver: int) -> int:
     """Verify V and decide what becomes of it; returns 1 when the program, now raised, is to be solved again."""
     outcome, v, candidate = integers(w, wl, Whole.OUTCOME), vector(f, fl, Real.V), vector(f, fl, Real.CANDIDATE)
-    options = integers(w, wl, Whole.OPTIONS)
+    options, free = integers(w, wl, Whole.OPTIONS), vector(f, fl, Real.FREE)
     guard = options[Option.GUARD]
     found = solver == OPTIMAL and all_finite(v) == 1
     if not found and outcome[Slot.RESOLVES] == 0:
@@ -178,16 +217,18 @@ def judge(f: Array, fl: np.ndarray, w: np.ndarray, wl: np.ndarray, solver: int) 
         if guard == Guard.WATCH:
             return 0
         candidate[:] = v
+        copy(free, vector(f, fl, Real.FREE_CANDIDATE))
         if outcome[Slot.RESOLVES] < RESOLVES + options[Option.SECOND_SOLVER]:
             outcome[Slot.RESOLVES] += 1
             raise_demands(f, fl, v, outcome[Slot.RESOLVES])
             return 1
     v[:] = candidate
+    copy(vector(f, fl, Real.FREE_CANDIDATE), free)
     for halvings in range(HALVINGS + 1):
         outcome[Slot.HALVINGS] = halvings
         if violation(f, fl, w, wl) <= 1.0 or concede(f, fl, w, wl):
             conclude(f, fl, w, wl, State.DEGRADED, Reason.HALVED if halvings else Reason.SLACK, -1)
             return 0
-        v *= 0.5
+        halve(f, fl, w, wl)
     conclude(f, fl, w, wl, State.HOLD, Reason.NOT_KEPT, worst_row(f, fl, w, wl))
     return 0

@@ -1,5 +1,6 @@
 """Cost terms: what the tool should do as far as the constraints allow."""
 
+from collections.abc import Sequence
 from dataclasses import dataclass
 
 import numpy as np
@@ -13,6 +14,7 @@ from primitives.errors import InputError
 
 POSE = 0
 VELOCITY = 1
+PROJECTION = 2
 
 
 @dataclass(frozen=True)
@@ -62,7 +64,28 @@ class VelocityTask:
             raise InputError(f"weight of VelocityTask: expected numbers > 0, got {self.weight}")
 
 
-Task = PoseTask | VelocityTask
+@dataclass(frozen=True)
+class ProjectionTask:
+    """Stay nearest to a reference in free coordinates: |y - v_ref|^2 in a metric, with q̇ = basis y + offset.
+
+    The reference of each cycle is a `vfi.messages.FreeReference`, e.g. what a target admittance proposes. With its
+    metric M + T D the projection is passive (see `vfi.energy`); no damping is added, for that would not be.
+
+    Parameters
+    ----------
+    coordinates : m, how many free coordinates there are.
+    """
+
+    coordinates: int
+
+    def __post_init__(self) -> None:
+        count = number(self.coordinates, "coordinates of ProjectionTask", low=1)
+        if count != int(count):
+            raise InputError(f"coordinates of ProjectionTask: expected a whole number, got {count:g}")
+
+
+Task = PoseTask | VelocityTask | ProjectionTask | Sequence[PoseTask]
+"""What a controller takes. Several pose tasks, each of a frame of its own, add up; their dampings are the same."""
 
 
 @compiled("float64(float64[::1])")

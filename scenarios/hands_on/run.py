@@ -12,12 +12,13 @@ from primitives.checks import Array
 from primitives.errors import InputError
 from scenarios.analysis.recorder import Recorder
 from scenarios.analysis.trace import Trace
-from scenarios.hands_on.enforcement import enforce
+from scenarios.hands_on.enforcement import Method, enforce
 from scenarios.hands_on.parts import Part, build_parts
 from scenarios.hands_on.plant import build_plant
 from scenarios.hands_on.scene import HandsOnScene
 from scenarios.hands_on.scene_file import dump_hands_on
 from scenarios.run import no_collection, versions
+from vfi.outcome import Work
 
 KIND = "hands-on"
 """What `kind` in the header of a trace says."""
@@ -26,14 +27,20 @@ KIND = "hands-on"
 class Extras:
     """What the admittance does not know, beside its records: what the rows and the hand did and the plant measured.
 
-    constraint_work, what inequalities have done so far, J; plant_q (n,) measured joints, rad and m; hand_wrench (6,) of
-    the hand on the handle, world axes, N and Nm; contact_NAME (3,) the force on the tool of the port and each part, N.
+    margin (m,) of the declared constraints, metres or radians; intervened, 1 where the guard changed the command or
+    would have; ports, what the parts of the projection have done so far, J (`vfi.outcome.Work`); plant_q (n,) measured
+    joints, rad and m; hand_wrench (6,) of the hand on the handle, world axes, N and Nm; contact_NAME (3,) the force on
+    the tool of the port and each part, N.
     """
 
-    def __init__(self, first: int, robot_n: int, touched: tuple[str, ...], cycles: int):
-        self.columns, at = {}, first
+    def __init__(self, first: int, method: Method, robot_n: int, touched: tuple[str, ...], cycles: int):
+        self.columns, at, self._method = {}, first, method
+        self._where, self._ring = method.controller.columns, method.controller.ring
+        self._ports = np.zeros(len(Work))
         for name, size in (
-            ("constraint_work", 1),
+            ("margin", len(method.controller.constraints)),
+            ("intervened", 1),
+            ("ports", len(Work)),
             ("plant_q", robot_n),
             ("hand_wrench", 6),
             *((f"contact_{name}", 3) for name in touched),
@@ -43,13 +50,20 @@ class Extras:
         self._first, self._touched = first, touched
         self.values: Array = np.zeros((cycles, at - first))
 
-    def put(self, k: int, work: float, q: Array, hand: Array, forces: Mapping[str, Array]) -> None:
+    def put(self, k: int, q: Array, hand: Array, forces: Mapping[str, Array]) -> None:
         """Write those of cycle k."""
-        self.values[k] = np.concatenate([[work], q, hand, *(forces[name] for name in self._touched)])
+        record = self._ring[(self._method.controller.cycles - 1) % len(self._ring)]
+        self._ports += record[self._where["work"]]
+        own = record[self._where["margin"]], [self._method.intervened], self._ports
+        self.values[k] = np.concatenate([*own, q, hand, *(forces[name] for name in self._touched)])
 
 
 def _header(
-    scene: HandsOnScene, admittance: Admittance, parts: Mapping[str, Part], enforcement: str, plant: str, seed: int
+    scene: HandsOnScene,
+    admittance: Admittance,
+    method: Method,
+    parts: Mapping[str, Part],
+    how: Mapping[str, Any],
 ) -> Mapping[str, Any]:
     return {
         "kind": KIND,
@@ -57,16 +71,14 @@ def _header(
         "robot": scene.robot,
         "solver": admittance.integrator,
         "form": admittance.form,
-        "enforcement": enforcement,
-        "plant": plant,
-        "guard": "off",
+        **how,
         "period_s": scene.period,
-        "seed": seed,
         "joints": list(admittance.robot.joints),
         "decided": list(admittance.joints),
         "port": list(scene.port),
         "shaft": scene.shaft,
-        "constraints": {},
+        "constraints": {c.name: c.definition.unit for c in scene.constraints},
+        "ports": [port.name.lower() for port in Work],
         "enforced": list(scene.forbidden),
         "range_m": scene.parameters.d_0,
         "regions": {
@@ -83,6 +95,8 @@ def run_hands_on(
     *,
     plant: str = "kinematic",
     enforcement: str = "admittance",
+    guard: str | None = None,
+    metric: str = "free",
     seed: int = 0,
     out: Path | None = None,
     progress: Callable[[float], None] | None = None,
@@ -93,7 +107,7 @@ def run_hands_on(
     Parameters
     ----------
     plant : "kinematic" or "mujoco", see `scenarios.plants`.
-    enforcement : "none", "admittance", "vfi" or "both", see `scenarios.hands_on.enforcement`.
+    enforcement, guard, metric : see `scenarios.hands_on.enforcement.enforce`.
     seed : of everything random; the same seed gives the same run to the bit.
     out : file that the trace is written to while the run goes on.
     progress : called about ten times a second with the share that is done.
@@ -106,7 +120,7 @@ def run_hands_on(
     """
     robot = scene.build_robot()
     anatomy = build_parts(scene.anatomy, np.array(scene.port)) if parts is None else parts
-    admittance, method = enforce(enforcement, scene, robot, anatomy)
+    admittance, method = enforce(enforcement, scene, robot, anatomy, guard=guard, metric=metric)
     cycles = round(scene.duration / scene.period)
     if cycles < 1:
         raise InputError(f"duration: expected at least the period, {scene.period:g} s, got {scene.duration:g} s")
@@ -114,10 +128,17 @@ def run_hands_on(
     body = build_plant(plant, scene, robot, clouds, seed)
     hand = scene.hand.hand(np.array(scene.port), scene.first_end(robot), scene.parameters.shaft_length, clouds, seed)
     width = admittance.ring.shape[1]
-    extras = Extras(width, robot.n, tuple(body.contact_forces), cycles)
+    how = {
+        "enforcement": enforcement,
+        "guard": guard or ("act" if enforcement in ("vfi", "both") else "off"),
+        "metric": metric,
+        "plant": plant,
+        "seed": seed,
+    }
+    extras = Extras(width, method, robot.n, tuple(body.contact_forces), cycles)
     columns, header = (
         {**admittance.columns, **extras.columns},
-        _header(scene, admittance, anatomy, enforcement, plant, seed),
+        _header(scene, admittance, method, anatomy, how),
     )
     recorder = Recorder(admittance, columns, header, out, cycles, more=extras.values, progress=progress)
     with recorder, no_collection():
@@ -128,6 +149,6 @@ def run_hands_on(
             motion = method.step(t, body.push(wrench))
             handle = motion.handle, motion.handle_velocity
             measurement = body.step(motion)
-            extras.put(k, method.constraint_work, measurement.q, wrench, body.contact_forces)
+            extras.put(k, measurement.q, wrench, body.contact_forces)
             recorder.after_cycle(t, motion.state, motion.reason)
     return recorder.trace

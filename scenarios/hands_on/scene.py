@@ -9,7 +9,8 @@ import numpy as np
 
 from admittance import TABLE_1, Admittance, Parameters, Region
 from primitives.checks import Array, array, known, number
-from primitives.elements import Point, Segment
+from primitives.constraint import Constraint, ConstraintSet
+from primitives.elements import Cloud, Point, Segment
 from primitives.robot import Robot
 from scenarios.hands_on.parts import AnatomySource, Part
 from scenarios.hands_on.pull import Pull
@@ -119,6 +120,14 @@ class HandsOnScene:
         known("frame", self.shaft, robot.frames)
         array(self.start, (robot.n,), f'start of scene {self.name} for robot "{self.robot}"')
         return robot
+
+    @property
+    def constraints(self) -> ConstraintSet:
+        """The forbidden parts as constraints."""
+        return ConstraintSet(
+            Constraint(name, self.element(f.keeps_out), Cloud.named(name), "outside", f.tool_radius)
+            for name, f in self.forbidden.items()
+        )
 
     def element(self, part: ToolPart) -> Point | Segment:
         """The part of the tool as an element on the shaft frame; the capsule ends before the handle."""

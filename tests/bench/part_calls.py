@@ -45,7 +45,7 @@ def distances(f, fl, w, wl, ring):
 
 
 def cost(f, fl, w, wl, ring):
-    tip, x = integers(w, wl, Whole.OPTIONS)[Option.TIP], vector(f, fl, Real.TIP)
+    tip, x = integers(w, wl, Whole.TIPS)[0], vector(f, fl, Real.TIP)
     task, target = matrix(f, fl, Real.TASK), vector(f, fl, Real.TARGET)
     from_pose(matrix(f, fl, Real.POSE), tip, x)
     fill_pose_task(

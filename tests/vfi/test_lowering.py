@@ -28,7 +28,8 @@ def test_tolerances_by_unit():
     )
     c = lowered(paper_constraints() + cone, user_rows=1)
     slides = [1e-6, 1e-6, 1e-5, 1e-5, 1e-6, 1e-5, 1e-5, 1e-5]
-    np.testing.assert_array_equal(c._memory.real[Real.TOLERANCE], [*[1e-6] * 4, 1e-5, 1e-6, *slides])
+    np.testing.assert_array_equal(c._memory.real[Real.ROW_TOLERANCE], [*[1e-6] * 4, 1e-5, 1e-6])
+    np.testing.assert_array_equal(c._memory.real[Real.JOINT_TOLERANCE], slides)
 
 
 def test_group_decides_the_order_of_joints_and_limits():
@@ -84,12 +85,13 @@ def test_settings_and_options(guard):
     expected = {
         Setting.PERIOD: 2e-3,
         Setting.DAMPING: 0.02,
-        Setting.GAIN: 30.0,
+        Setting.REACH: 0.02,
         Setting.LIMIT_GAIN: 6.0,
         Setting.RECOVERY_LINEAR: 0.01,
         Setting.RECOVERY_ANGULAR: 0.2,
     }
     assert {setting: s[setting] for setting in Setting} == expected
+    assert c._memory.real[Real.GAIN].tolist() == [30.0]
     assert o[Option.GUARD] == Guard[guard.upper()] and o[Option.TASK] == POSE and o[Option.SECOND_SOLVER] == 0
     other = Controller(PAIR, paper_constraints(), PoseTask(), period=2e-3, group="moving", solver="lp")
     assert other._memory.whole[Whole.OPTIONS][Option.SECOND_SOLVER] == 1

@@ -129,7 +129,7 @@ def test_nothing_else_is_conceded(c, demand, defect, slack, v):
 
 
 def test_worst_row_is_so_in_tolerances(c):
-    real(c, Real.TOLERANCE)[1] = 1e-5
+    real(c, Real.ROW_TOLERANCE)[1] = 1e-5
     for defect, place in (
         ([2e-6, 1e-5, 0, 0, 0], 0),
         ([2e-6, 3e-5, 0, 0, 0], 1),
