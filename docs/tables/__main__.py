@@ -2,9 +2,9 @@
 
 import sys
 
-from docs.tables import approach, delay, drift, obstacle, period, potential
+from docs.tables import approach, delay, drift, metric, obstacle, period, potential, push
 
-TABLES = {table.NAME: table for table in (approach, drift, period, delay, obstacle, potential)}
+TABLES = {table.NAME: table for table in (approach, drift, period, delay, obstacle, potential, push, metric)}
 
 
 def markdown(name: str) -> str:
