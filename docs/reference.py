@@ -189,7 +189,7 @@ def write(*_: Any) -> None:
     toc = "\n".join(ROOMS)
     pages = {room: page(room) for room in ROOMS}
     pages["index"] = (
-        "# Reference\n\nThe public face of each room, from its docstrings. Shapes, units and frames stand in the text.\n\n"
+        "# Reference\n\nThe public face of each room, from its docstrings. Shapes and units stand in the text.\n\n"
         f"```{{toctree}}\n{toc}\n```\n"
     )
     for name, text in pages.items():
