@@ -19,9 +19,9 @@ from scenarios.scene_file import load_any
 from vfi.backends import solvers
 
 ALL = "all"
-OF_HANDS_ON = ("plant", "enforcement", "integrator", "form", "organ", "vessels", "unit", "fill_gaps")
+OF_HANDS_ON = ("plant", "enforcement", "metric", "integrator", "form", "organ", "vessels", "unit", "fill_gaps")
 """Choices that scenes which follow a trajectory do not heed."""
-OF_TRAJECTORIES = ("solver", "guard")
+OF_TRAJECTORIES = ("solver",)
 """Choices that hands-on scenes do not heed."""
 
 
@@ -73,10 +73,10 @@ def _fit(scene: Scene, robot: str | None) -> Scene:
 
 
 def _trajectory(scene: Scene, choices: Choices) -> list[TrajectoryJob]:
-    jobs = []
+    jobs, guard = [], choices.guard or "act"
     for chosen in solvers.names() if choices.solver == ALL else (choices.solver,):
         try:
-            build(scene, solver=chosen, guard=choices.guard, period=choices.period)
+            build(scene, solver=chosen, guard=guard, period=choices.period)
         except SolverError as error:
             if choices.solver != ALL:
                 raise
@@ -84,7 +84,7 @@ def _trajectory(scene: Scene, choices: Choices) -> list[TrajectoryJob]:
             continue
         suffix = f"-{chosen}" if choices.solver == ALL else ""
         file = choices.out / f"{scene.name}{suffix}.mcap" if choices.out is not None else None
-        options = {"solver": chosen, "period": choices.period, "guard": choices.guard, "seed": choices.seed}
+        options = {"solver": chosen, "period": choices.period, "guard": guard, "seed": choices.seed}
         jobs.append(TrajectoryJob(scene, {**options, "out": file}))
     return jobs
 
