@@ -2,8 +2,6 @@
 
 import json
 import sys
-from collections.abc import Iterator
-from contextlib import contextmanager
 from enum import StrEnum
 from importlib.metadata import version
 from pathlib import Path
@@ -11,13 +9,16 @@ from typing import Annotated, Any
 
 import typer
 
+from scenarios.commands.check import check
+from scenarios.commands.errors import one_clear_line
+from scenarios.commands.import_vfi import import_vfi
+
 app = typer.Typer(
     help="Active constraints for surgical robots: run scenes, compare enforcements, look at what happened.",
     no_args_is_help=True,
     add_completion=False,
     pretty_exceptions_enable=False,
 )
-BAD_INPUT = 2
 
 
 class PlantName(StrEnum):
@@ -33,18 +34,6 @@ class GuardMode(StrEnum):
     act = "act"
     watch = "watch"
     off = "off"
-
-
-@contextmanager
-def _one_clear_line() -> Iterator[None]:
-    """Turn the project's own errors into a line on stderr and exit code 2."""
-    from primitives.errors import ActiveConstraintsError
-
-    try:
-        yield
-    except ActiveConstraintsError as error:
-        print(f"vfi: {error}", file=sys.stderr)
-        raise typer.Exit(BAD_INPUT) from None
 
 
 def _cite(wanted: bool) -> None:
@@ -105,7 +94,7 @@ def run(
     as_json: Annotated[bool, typer.Option("--json", help="Print JSON instead of a table.")] = False,
 ) -> None:
     """Run scenes and show which constraints were violated."""
-    with _one_clear_line():
+    with one_clear_line():
         from scenarios.jobs import Choices
         from scenarios.session import prepare, run_all, write_results
 
@@ -154,7 +143,7 @@ def compare(
     as_json: Annotated[bool, typer.Option("--json", help="Print one object a run instead of a table.")] = False,
 ) -> None:
     """Run a scene under several enforcements, and on several arms, with the same hand, and show what each did."""
-    with _one_clear_line():
+    with one_clear_line():
         from rich.console import Console
         from rich.progress import Progress
 
@@ -185,7 +174,7 @@ def video(
     camera: Annotated[str, typer.Option(help="tool, side, front, top: what the tool does; arm: all of it.")] = "tool",
 ) -> None:
     """Make a video of a run. Without a graphics card a frame takes about 0.2 s."""
-    with _one_clear_line():
+    with one_clear_line():
         from rich.console import Console
         from rich.progress import Progress
 
@@ -212,7 +201,7 @@ def list_names(
     as_json: Annotated[bool, typer.Option("--json", help="Print JSON instead of text.")] = False,
 ) -> None:
     """List scenes, robots, solvers and primitives."""
-    with _one_clear_line():
+    with one_clear_line():
         from scenarios.catalogue import catalogue
 
         found = catalogue()
@@ -223,6 +212,10 @@ def list_names(
         print(kind)
         for name, text in entries.items():
             print(f"  {name:<18} {text}")
+
+
+app.command("check")(check)
+app.command("import")(import_vfi)
 
 
 def main() -> None:
