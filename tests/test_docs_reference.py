@@ -48,7 +48,8 @@ def test_what_markdown_would_take_for_markup_stands_for_itself():
 
 
 def test_sections_become_lists():
-    text = "Head.\n\nParameters\n----------\na : one,\n    and on.\nb : two. c : three.\n\nRaises\n------\nInputError : why."
+    lines = "Parameters\n----------\na : one,\n    and on.\nb : two. c : three."
+    text = f"Head.\n\n{lines}\n\nRaises\n------\nInputError : why."
     assert markdown(text).split("\n\n") == [
         "Head.",
         "**Parameters**",
