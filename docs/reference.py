@@ -114,25 +114,27 @@ def signature(node: ast.FunctionDef, drop_first: bool) -> str:
     return f"({ast.unparse(arguments)})"
 
 
-def _is_field(node: ast.stmt) -> bool:
-    return isinstance(node, ast.AnnAssign) and "ClassVar" not in ast.unparse(node.annotation)
+def _fields(node: ast.ClassDef, module: str) -> list[ast.AnnAssign]:
+    """Fields of a class, those of its bases in the same module before its own."""
+    body = ast.parse(_file(module).read_text(encoding="utf-8")).body
+    bases = {ast.unparse(b) for b in node.bases}
+    above = [f for n in body if isinstance(n, ast.ClassDef) and n.name in bases for f in _fields(n, module)]
+    own = [n for n in node.body if isinstance(n, ast.AnnAssign) and "ClassVar" not in ast.unparse(n.annotation)]
+    return above + own
 
 
-def _constructor(node: ast.ClassDef) -> str:
+def _constructor(node: ast.ClassDef, module: str) -> str:
     for inner in node.body:
         if isinstance(inner, ast.FunctionDef) and inner.name == "__init__":
             return signature(inner, drop_first=True)
-    made = any("dataclass" in ast.unparse(d) for d in node.decorator_list) or "NamedTuple" in map(
-        ast.unparse, node.bases
-    )
-    if not made:
+    bases = {ast.unparse(b) for b in node.bases}
+    if not any("dataclass" in ast.unparse(d) for d in node.decorator_list) and "NamedTuple" not in bases:
         return ""
-    fields: list[Any] = [n for n in node.body if _is_field(n)]
-    shown = [
-        f"{f.target.id}={ast.unparse(f.value)}" if f.value is not None else f.target.id
-        for f in fields
-        if "init=False" not in (ast.unparse(f.value) if f.value else "")
-    ]
+    shown = []
+    for field in _fields(node, module):
+        value = ast.unparse(field.value) if field.value is not None else ""
+        if "init=False" not in value:
+            shown.append(ast.unparse(field.target) + (f"={value}" if value else ""))
     return f"({', '.join(shown)})"
 
 
@@ -167,13 +169,14 @@ def _directive(kind: str, head: str, body: str, fence: int, option: str = "") ->
 
 def entry(room: str, name: str) -> str:
     """What the reference says on one name."""
-    node, docstring = definition(".".join(filter(None, (room, _origins(room)[name]))), name)
+    module = ".".join(filter(None, (room, _origins(room)[name])))
+    node, docstring = definition(module, name)
     text = markdown(docstring)
     if isinstance(node, ast.FunctionDef):
         return _directive("py:function", name + signature(node, drop_first=False), text, 5)
     if isinstance(node, ast.ClassDef):
         body = "\n\n".join([text, *_members(node)])
-        return _directive("py:class", name + _constructor(node), body, 5)
+        return _directive("py:class", name + _constructor(node, module), body, 5)
     return _directive("py:data", name, text, 5)
 
 
