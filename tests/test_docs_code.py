@@ -37,7 +37,9 @@ def name(page: Path) -> str:
     return str(page.relative_to(ROOT))
 
 
-@pytest.mark.parametrize("page", SHORT, ids=name)
+@pytest.mark.parametrize(
+    "page", [pytest.param(p, marks=pytest.mark.slow if p.name == "tutorial.md" else ()) for p in SHORT], ids=name
+)
 def test_code_of_a_page_runs(page, tmp_path):
     assert run_page(page, tmp_path) > 0
 
