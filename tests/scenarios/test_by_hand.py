@@ -215,7 +215,8 @@ def test_keys_of_ones_own_and_every_mistake_at_its_line(tmp_path):
     file = tmp_path / "mine.yaml"
     file.write_text(
         text
-        + "hand: {most: 5 N, stiffness: 1 N/mm, tremor: 0}\nadmittance: {inertia: 2, damping: [1, 2, 3, 4, 5, 6, 7, 8]}\n"
+        + "hand: {most: 5 N, stiffness: 1 N/mm, tremor: 0}\n"
+        + "admittance: {inertia: 2, damping: [1, 2, 3, 4, 5, 6, 7, 8]}\n"
     )
     scene = load_scene(file)
     assert scene.hand == Guide(most=5.0) and scene.admittance == JointParameters(2.0, tuple(range(1, 9)))
