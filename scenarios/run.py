@@ -60,10 +60,11 @@ def no_collection() -> Iterator[None]:
             gc.enable()
 
 
-def _header(scene: Scene, controller: Controller, seed: int) -> Mapping[str, Any]:
+def header(scene: Scene, controller: Controller, seed: int) -> Mapping[str, Any]:
+    """Facts on a run, for its trace."""
     return {
         "scene": scene.name,
-        "robot": scene.robot,
+        "robot": str(scene.robot),
         "solver": controller.solver,
         "guard": controller.guard,
         "period_s": controller.period,
@@ -73,7 +74,7 @@ def _header(scene: Scene, controller: Controller, seed: int) -> Mapping[str, Any
         "constraints": {c.name: c.definition.unit for c in scene.constraints},
         "enforced": [c.name for c in scene.constraints if c.enforced],
         "versions": versions(),
-        "resolved_scene": dump_scene(scene),
+        "resolved_scene": dump_scene(scene.located(Path.cwd())),
     }
 
 
@@ -109,8 +110,8 @@ def run(
     plant = KinematicPlant(start, robot.group(scene.group), controller.period, seed=seed)
     tip = robot.kinematics(start).pose(scene.task.frame or robot.tip)
     reference = scene.reference.sample(tip[:4], controller.period, cycles)
-    header = _header(scene, controller, seed)
-    recorder = Recorder(controller, controller.columns, header, out, cycles, progress=progress)
+    facts = header(scene, controller, seed)
+    recorder = Recorder(controller, controller.columns, facts, out, cycles, progress=progress)
     with recorder, no_collection():
         measurement = plant.reset()
         for k in range(cycles):

@@ -23,7 +23,7 @@ def acceleration_rms(trace: Trace, seconds: float = SETTLED) -> float:
 
 
 def summary(trace: Trace) -> dict[str, Any]:
-    """What `vfi run --json` prints of a run; the keys are documented in docs/scenes.md."""
+    """What `vfi run --json` prints of a run; the keys are documented in docs/metrics.md."""
     header, names = trace.header, trace.header["constraints"]
     smallest = {name: float(trace.margin(name).min()) for name in names}
     error = np.linalg.norm(trace["error"], axis=1)
