@@ -81,6 +81,10 @@ def run(
     guard: Annotated[GuardMode, typer.Option(help="act on, only count, or skip what verification finds")] = (
         GuardMode.act
     ),
+    coordination: Annotated[
+        str | None,
+        typer.Option(help="Of several arms, names with commas: central, static, velocity; default: the scene's."),
+    ] = None,
     seed: Annotated[int, typer.Option(help="Seed of everything random.", min=0)] = 0,
     robot: Annotated[str | None, typer.Option(help="Another robot than the scene's.")] = None,
     plant: Annotated[
@@ -109,6 +113,7 @@ def run(
             solver=solver,
             period=period,
             guard=guard.value,
+            coordination=coordination,
             seed=seed,
             robot=robot,
             out=out,

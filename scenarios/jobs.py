@@ -16,6 +16,7 @@ class Choices:
 
     Attributes
     ----------
+    coordination : of scenes with several arms, see `scenarios.coordination`; names with commas: each in turn.
     solver, guard : of scenes that follow a trajectory. period : T, seconds. seed : of everything random.
     robot : another robot than the scene's. out : folder of traces.
     plant, enforcement, integrator, form : of hands-on scenes. organ, vessels, unit : files in the place of their
@@ -23,6 +24,7 @@ class Choices:
     """
 
     solver: str = "active-set"
+    coordination: str | None = None
     period: float | None = None
     guard: str = "act"
     seed: int = 0
