@@ -78,9 +78,10 @@ def run(
     scenes: Annotated[list[str], typer.Argument(help="Scenes by name (see `vfi list`) or as YAML files.")],
     solver: Annotated[str, typer.Option(help="Solver, see `vfi list`; all: each in turn.")] = "active-set",
     period: Annotated[float | None, typer.Option(help="Control period in seconds; default: the scene's.")] = None,
-    guard: Annotated[GuardMode, typer.Option(help="act on, only count, or skip what verification finds")] = (
-        GuardMode.act
-    ),
+    guard: Annotated[
+        GuardMode | None,
+        typer.Option(help="act on, only count, or skip what verification finds; default: act where rows enforce"),
+    ] = None,
     coordination: Annotated[
         str | None,
         typer.Option(help="Of several arms, names with commas: central, static, velocity; default: the scene's."),
@@ -93,6 +94,9 @@ def run(
     enforcement: Annotated[
         str, typer.Option(help="Of hands-on scenes: admittance (potentials), vfi (inequalities), both, none.")
     ] = "admittance",
+    metric: Annotated[
+        str, typer.Option(help="Of vfi and both: project in the free coordinates, or in the joints' (not passive).")
+    ] = "free",
     integrator: Annotated[
         str | None, typer.Option(help="Of hands-on scenes: semi-implicit, euler, rk4, robust; default: the scene's.")
     ] = None,
@@ -112,13 +116,14 @@ def run(
         choices = Choices(
             solver=solver,
             period=period,
-            guard=guard.value,
+            guard=guard.value if guard is not None else None,
             coordination=coordination,
             seed=seed,
             robot=robot,
             out=out,
             plant=plant.value,
             enforcement=enforcement,
+            metric=metric,
             integrator=integrator,
             form=form,
             organ=organ,

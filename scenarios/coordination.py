@@ -5,9 +5,9 @@
 stand still, under "velocity" it knows how fast they move, from the measurement, hence one period late.
 
 A constraint between two arms is then a row of both controllers, one that moves one arm only is a row of that one's.
-Each controller verifies its own command, with the other arms as it believes them to move. Nobody verifies both together:
-in a system of separate controllers both commands are known nowhere before the arms execute them. What came of them is
-the margin of the next cycle, and `scenarios.analysis.between` looks at the way there.
+Each controller verifies its own command, with the other arms as it believes them to move. Nobody verifies both
+together: in a system of separate controllers both commands are known nowhere before the arms execute them. What came
+of them is the margin of the next cycle, and `scenarios.analysis.between` looks at the way there.
 """
 
 from collections.abc import Callable

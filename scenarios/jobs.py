@@ -17,21 +17,23 @@ class Choices:
     Attributes
     ----------
     coordination : of scenes with several arms, see `scenarios.coordination`; names with commas: each in turn.
-    solver, guard : of scenes that follow a trajectory. period : T, seconds. seed : of everything random.
+    solver : of scenes that follow a trajectory. guard : None for "act" where rows enforce the constraints, else "off".
+    period : T, seconds. seed : of everything random.
     robot : another robot than the scene's. out : folder of traces.
-    plant, enforcement, integrator, form : of hands-on scenes. organ, vessels, unit : files in the place of their
-        anatomy. fill_gaps : of files of points, instead of refusing them.
+    plant, enforcement, metric, integrator, form : of hands-on scenes. organ, vessels, unit : files in the place of
+        their anatomy. fill_gaps : of files of points, instead of refusing them.
     """
 
     solver: str = "active-set"
     coordination: str | None = None
     period: float | None = None
-    guard: str = "act"
+    guard: str | None = None
     seed: int = 0
     robot: str | None = None
     out: Path | None = None
     plant: str = "kinematic"
     enforcement: str = "admittance"
+    metric: str = "free"
     integrator: str | None = None
     form: str | None = None
     organ: Path | None = None

@@ -22,7 +22,7 @@ if TYPE_CHECKING:
 
 MAX_FILES = 4
 """Most files that one scene may be spread over."""
-HANDS_ON_KEYS = frozenset({"port", "anatomy", "forbidden", "hand"})
+HANDS_ON_KEYS = frozenset({"port", "hand"})
 """A file with any of these is a hands-on scene."""
 
 
@@ -42,8 +42,8 @@ def load_scene(path_or_name: str | Path) -> Scene:
 def load_any(path_or_name: str | Path, robot: str | None = None) -> "Scene | HandsOnScene":
     """A scene by its name, or from a file: whatever is a Path or ends in ".yaml" or ".yml".
 
-    A file that has a port, an anatomy, a hand or what is forbidden is a hands-on scene; files that it names are looked
-    for from its own folder. robot chooses a named scene's variant for that robot, if it has one.
+    A file that has a port or a hand is a hands-on scene; files that it names are looked for from its own folder. robot
+    chooses a named scene's variant for that robot, if it has one.
 
     Raises
     ------
@@ -125,8 +125,22 @@ def _names(data: Any) -> Names:
     """What the keys of a scene may refer to; the data need not be right."""
     if not isinstance(data, dict):
         return {}
-    names: Names = {"constraint": [name for name in declared_names(data.get("constraints")) if name is not None]}
+    names: Names = {
+        "constraint": [name for name in declared_names(data.get("constraints")) if name is not None],
+        "cloud": _clouds(data.get("anatomy")),
+    }
     if data.get("robot") not in robots.names():
         return names
     robot = robots[data["robot"]].build()
     return {**names, "frame": robot.frames, "joint": robot.joints, "joint group": list(robot.groups)}
+
+
+def _clouds(anatomy: Any) -> tuple[str, ...] | None:
+    """Names of the parts of an anatomy, which need not be right; None where it does not say them."""
+    if anatomy is None:
+        return ()
+    from scenarios.hands_on.parts import KINDS, part_names
+
+    if not isinstance(anatomy, dict) or anatomy.get("kind") not in KINDS:
+        return None
+    return part_names(anatomy["kind"], anatomy.get("organ"), anatomy.get("vessels"))

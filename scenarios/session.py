@@ -20,9 +20,9 @@ from scenarios.scene_file import load_any
 from vfi.backends import solvers
 
 ALL = "all"
-OF_HANDS_ON = ("plant", "enforcement", "integrator", "form", "organ", "vessels", "unit", "fill_gaps")
+OF_HANDS_ON = ("plant", "enforcement", "metric", "integrator", "form", "organ", "vessels", "unit", "fill_gaps")
 """Choices that scenes which follow a trajectory do not heed."""
-OF_TRAJECTORIES = ("solver", "guard", "coordination")
+OF_TRAJECTORIES = ("solver", "coordination")
 """Choices that hands-on scenes do not heed."""
 
 
@@ -36,9 +36,8 @@ class TrajectoryJob:
     @property
     def label(self) -> str:
         """See `Job`."""
-        return (
-            f"{self.scene.name} {self.options['solver']} {self.scene.coordination if self.scene.arms else ''}".strip()
-        )
+        coordination = f" {self.scene.coordination}" if self.scene.arms else ""
+        return f"{self.scene.name} {self.options['solver']}{coordination}"
 
     @property
     def file(self) -> Path | None:
@@ -76,12 +75,12 @@ def _fit(scene: Scene, robot: str | None) -> Scene:
 
 
 def _trajectory(scene: Scene, choices: Choices) -> list[TrajectoryJob]:
-    jobs = []
+    jobs, guard = [], choices.guard or "act"
     coordinated = _coordinated(scene, choices.coordination)
     for one in coordinated:
         for chosen in solvers.names() if choices.solver == ALL else (choices.solver,):
             try:
-                build(one, solver=chosen, guard=choices.guard, period=choices.period)
+                build(one, solver=chosen, guard=guard, period=choices.period)
             except SolverError as error:
                 if choices.solver != ALL:
                     raise
@@ -90,7 +89,7 @@ def _trajectory(scene: Scene, choices: Choices) -> list[TrajectoryJob]:
             suffix = f"-{one.coordination}" if len(coordinated) > 1 else ""
             suffix += f"-{chosen}" if choices.solver == ALL else ""
             file = choices.out / f"{scene.name}{suffix}.mcap" if choices.out is not None else None
-            options = {"solver": chosen, "period": choices.period, "guard": choices.guard, "seed": choices.seed}
+            options = {"solver": chosen, "period": choices.period, "guard": guard, "seed": choices.seed}
             jobs.append(TrajectoryJob(one, {**options, "out": file}))
     return jobs
 

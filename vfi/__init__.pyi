@@ -1,11 +1,15 @@
 from .backends import Backend as Backend
 from .backends import Solver as Solver
 from .controller import Controller as Controller
+from .forms import Soft as Soft
 from .messages import (
     ByName as ByName,
 )
 from .messages import (
     Command as Command,
+)
+from .messages import (
+    FreeReference as FreeReference,
 )
 from .messages import (
     Measurement as Measurement,
@@ -25,6 +29,7 @@ from .outcome import (
 from .qp import QP as QP
 from .qp import SolverStatus as SolverStatus
 from .tasks import PoseTask as PoseTask
+from .tasks import ProjectionTask as ProjectionTask
 from .tasks import VelocityTask as VelocityTask
 
 __all__ = [
@@ -33,11 +38,14 @@ __all__ = [
     "ByName",
     "Command",
     "Controller",
+    "FreeReference",
     "Guard",
     "Measurement",
     "PoseTask",
+    "ProjectionTask",
     "Reason",
     "Rows",
+    "Soft",
     "Solver",
     "SolverStatus",
     "State",

@@ -13,10 +13,19 @@ from primitives.memory import MEMORY, integer_matrix, integers, matrix, vector
 from vfi.memory import Real, Whole
 from vfi.outcome import Blend, Option, Setting
 
+NEAR = 1e-5
+"""A margin above minus this counts as kept, metres or radians."""
+
+
+@compiled("float64(float64)")
+def _share(time: float) -> float:
+    """How far a change has come, from 0 to 1, at rest at both ends."""
+    return time * time * (3.0 - 2.0 * time)
+
 
 @compiled(f"void({MEMORY})")
 def advance(f: Array, fl: np.ndarray, w: np.ndarray, wl: np.ndarray) -> None:
-    """Take every change one period further; a cubic leads from the old numbers to the new, at rest at both ends."""
+    """Take every change one period further; SAFE_RATE (m,) is how fast each safe distance grows in the coming one."""
     blend, force, eta = matrix(f, fl, Real.BLEND), vector(f, fl, Real.FORCE), vector(f, fl, Real.ETA)
     safe, rate = vector(f, fl, Real.SAFE), vector(f, fl, Real.SAFE_RATE)
     enforced, options = integers(w, wl, Whole.ENFORCED), integers(w, wl, Whole.OPTIONS)
@@ -27,12 +36,13 @@ def advance(f: Array, fl: np.ndarray, w: np.ndarray, wl: np.ndarray) -> None:
         if blend[i, Blend.TIME] >= 1.0:
             continue
         time = min(1.0, blend[i, Blend.TIME] + blend[i, Blend.STEP])
-        share, last = time * time * (3.0 - 2.0 * time), safe[i]
+        share, next_share = _share(time), _share(min(1.0, time + blend[i, Blend.STEP]))
         blend[i, Blend.TIME] = time
         force[i] = blend[i, Blend.FORCE_FROM] + share * (blend[i, Blend.FORCE_TO] - blend[i, Blend.FORCE_FROM])
         eta[i] = blend[i, Blend.ETA_FROM] + share * (blend[i, Blend.ETA_TO] - blend[i, Blend.ETA_FROM])
-        safe[i] = blend[i, Blend.SAFE_FROM] + share * (blend[i, Blend.SAFE_TO] - blend[i, Blend.SAFE_FROM])
-        rate[i] = (safe[i] - last) / period
+        way = blend[i, Blend.SAFE_TO] - blend[i, Blend.SAFE_FROM]
+        safe[i] = blend[i, Blend.SAFE_FROM] + share * way
+        rate[i] = (next_share - share) * way / period
         enforced[i] = int(force[i] > 0.0)
         options[Option.BLENDING] = 1
     sphere, cloud = matrix(f, fl, Real.SPHERE), integer_matrix(w, wl, Whole.CLOUD)
@@ -48,7 +58,23 @@ def eased(rate: float, force: float, rising: float, margin: float, speed: float,
     if force <= 0.0:
         return -np.inf
     less = rate - (1.0 / force - 1.0) * speed
-    return max(less, min(rate, -margin / period)) if rising > 0.0 and margin >= 0.0 else less
+    return max(less, min(rate, -margin / period)) if rising > 0.0 and margin > -NEAR else less
+
+
+@compiled(f"void({MEMORY})")
+def foresee(f: Array, fl: np.ndarray, w: np.ndarray, wl: np.ndarray) -> None:
+    """Take off the predicted margins (m,) and those of points what safe distances will have grown by then."""
+    side, rate, predicted = vector(f, fl, Real.SIDE), vector(f, fl, Real.SAFE_RATE), vector(f, fl, Real.MARGIN_NEXT)
+    period = vector(f, fl, Real.SETTINGS)[Setting.PERIOD]
+    for i in range(side.shape[0]):
+        predicted[i] -= period * side[i] * rate[i]
+    cloud, owner, clearance = (
+        integer_matrix(w, wl, Whole.CLOUD),
+        integers(w, wl, Whole.OWNER),
+        vector(f, fl, Real.CLEARANCE_NEXT),
+    )
+    for k in range(integers(w, wl, Whole.OPTIONS)[Option.CONTACTS]):
+        clearance[k] -= period * rate[cloud[owner[k], 0]]
 
 
 @compiled(f"void({MEMORY})")

@@ -22,6 +22,7 @@ from primitives.verification import (
     worst_defect,
 )
 from vfi.basis import expand
+from vfi.blend import foresee
 from vfi.contacts import predict
 from vfi.memory import Real, Whole
 from vfi.outcome import Basis, Guard, Option, Reason, Setting, Slot, State
@@ -91,11 +92,14 @@ def violation(f: Array, fl: np.ndarray, w: np.ndarray, wl: np.ndarray) -> float:
         vector(f, fl, Real.ROW_TOLERANCE),
         vector(f, fl, Real.RATE),
     )
-    row_defects(matrix(f, fl, Real.A), vector(f, fl, Real.DEMAND), slack, v, defect)
-    sampled_defects(vector(f, fl, Real.MARGIN), margin_next, rate, slack, period, defect)
     cloud, options = integer_matrix(w, wl, Whole.CLOUD), integers(w, wl, Whole.OPTIONS)
     if cloud.shape[0]:
         predict(f, fl, w, wl)
+    if options[Option.BLENDING]:
+        foresee(f, fl, w, wl)
+    row_defects(matrix(f, fl, Real.A), vector(f, fl, Real.DEMAND), slack, v, defect)
+    sampled_defects(vector(f, fl, Real.MARGIN), margin_next, rate, slack, period, defect)
+    if cloud.shape[0]:
         fixed, points = options[Option.FIXED], options[Option.CONTACTS]
         sampled_defects(
             vector(f, fl, Real.CLEARANCE)[:points],

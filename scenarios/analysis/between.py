@@ -47,10 +47,5 @@ def clearance_between(trace: Trace, scene: Scene) -> dict[str, Any]:
     if any(c.is_cloud or c.first.entity or c.second.entity for c in scene.constraints):
         return {}
     smallest = margins_between(trace, scene.build_robot(), scene.constraints).min(axis=0)
-    named = dict(zip(scene.constraints.names, smallest.tolist(), strict=True))
-    return {
-        f"min_margin_between_{unit}": {
-            name: named[name] for name, u in trace.header["constraints"].items() if u == unit
-        }
-        for unit in ("m", "rad")
-    }
+    named = [(c.name, c.definition.unit, value) for c, value in zip(scene.constraints, smallest.tolist(), strict=True)]
+    return {f"min_margin_between_{u}": {n: value for n, unit, value in named if unit == u} for u in ("m", "rad")}

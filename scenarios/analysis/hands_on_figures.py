@@ -37,12 +37,12 @@ def traces_in_space(trace: Trace, scene: HandsOnScene, parts: Mapping[str, Part]
     space = figure.add_subplot(projection="3d")
     assert isinstance(space, Axes3D)
     shown = [np.zeros((1, 3))]
-    reds = dict(zip(scene.forbidden, (FORBIDDEN[0], *[FORBIDDEN[1]] * len(parts)), strict=False))
+    reds = dict(zip(scene.forbidden_parts, (FORBIDDEN[0], *[FORBIDDEN[1]] * len(parts)), strict=False))
     for name, part in parts.items():
         points = (part.cloud.world_points - port) * 1e3
         points = points[:: max(1, len(points) // SHOWN_POINTS)]
         shown.append(points)
-        label = f"{name} (forbidden)" if name in scene.forbidden else name
+        label = f"{name} (forbidden)" if name in reds else name
         space.scatter(*points.T, s=7, color=reds.get(name, ALLOWED), alpha=0.6, linewidths=0, label=label)
     keep = np.unique(np.linspace(0, len(ends) - 1, SHOWN_TRACES).astype(int))
     for share, k in zip(np.linspace(0.0, 1.0, len(keep)), keep, strict=True):
@@ -74,15 +74,15 @@ def _curve(axes: Axes, t: Array, values: Array, label: str, colour: str) -> None
 
 
 def _distances(axes: Axes, trace: Trace, scene: HandsOnScene, clearances: Mapping[str, Array]) -> None:
-    """The tool's distance from the points of each part, what of it must not be reached, and where repulsion begins."""
+    """The tool's distance from the points of each region, what of it must not be reached, where repulsion begins."""
     if not clearances:
         axes.text(0.5, 0.5, "nothing is forbidden", ha="center", va="center", transform=axes.transAxes)
         return
     farthest, reach = 0.0, 0.0
-    for i, (part, at) in enumerate(clearances.items()):
-        safe, colour = float(trace.header["regions"][part]["radius"]), COLOURS[i]
-        _curve(axes, trace.t, (at + safe) * 1e3, f"to {part}", colour)
-        axes.axhline(safe * 1e3, color=colour, linewidth=1.0, linestyle="--", label=f"limit of {part}")
+    for i, (name, at) in enumerate(clearances.items()):
+        safe, colour = float(trace.header["regions"][name]["radius"]), COLOURS[i]
+        _curve(axes, trace.t, (at + safe) * 1e3, f"to {name}", colour)
+        axes.axhline(safe * 1e3, color=colour, linewidth=1.0, linestyle="--", label=f"limit of {name}")
         farthest, reach = max(farthest, float(at.max() + safe)), max(reach, safe + scene.parameters.d_0)
     axes.axhline(reach * 1e3, color="#888888", linewidth=0.8, label="repulsion begins")
     axes.set_ylim(0.0, min(1.05 * max(farthest, reach), 6.0 * reach) * 1e3)
@@ -90,13 +90,15 @@ def _distances(axes: Axes, trace: Trace, scene: HandsOnScene, clearances: Mappin
 
 def over_time(trace: Trace, scene: HandsOnScene, parts: Mapping[str, Part]) -> Figure:
     """Port error, distance from the region, repulsion along the tool and torque about the port, hand's wrench."""
-    ends, axes_z = shaft_lines(scene, scene.build_robot(), trace)
+    robot = scene.build_robot()
+    ends, axes_z = shaft_lines(scene, robot, trace)
     t, port = trace.t, np.array(scene.port)
     figure = Figure(figsize=(9.0, 10.0), layout="constrained")
     panels = figure.subplots(4, 1, sharex=True)
     _curve(panels[0], t, port_offset(port, ends, axes_z) * 1e6, "of the plant", COLOURS[5])
     panels[0].set_ylabel("port to axis [um]")
-    _distances(panels[1], trace, scene, {p: clearance_of(scene, p, parts, ends, axes_z) for p in scene.forbidden})
+    clearances = {r.name: clearance_of(r, robot, parts, trace["plant_q"]) for r in scene.regions}
+    _distances(panels[1], trace, scene, clearances)
     panels[1].set_ylabel("tool to points [mm]")
     along, torque = trace["free_repulsion"][:, 0], trace["free_repulsion"][:, 1:4]
     _curve(panels[2], t, along, "force along the tool [N]", COLOURS[0])
@@ -107,7 +109,7 @@ def over_time(trace: Trace, scene: HandsOnScene, parts: Mapping[str, Part]) -> F
         _curve(panels[3], t, trace["hand_wrench"][:, i], f"force, {name} [N]", COLOURS[i + 4])
     panels[3].set_ylabel("hand [N]")
     panels[3].set_xlabel("time [s]")
-    for axes in panels[1:] if scene.forbidden else panels[2:]:
+    for axes in panels[1:] if scene.regions else panels[2:]:
         axes.legend(loc="lower left", bbox_to_anchor=(0.0, 1.0), fontsize=8, ncols=5, frameon=False, borderaxespad=0.1)
     return figure
 
@@ -143,7 +145,7 @@ def damping(trace: Trace, scene: HandsOnScene) -> Figure:
 
 def draw_hands_on(trace: Trace, scene: HandsOnScene, parts: Mapping[str, Part], folder: Path) -> list[Path]:
     """Draw the paper's figures of a run; returns the files, PNG and SVG of each."""
-    whole = any(f.keeps_out == "tool" for f in scene.forbidden.values())
+    whole = any(region.first.kind == "segment" for region in scene.regions)
     main, last = ("figure10", "figure11") if whole else ("figure7", "figure9")
     run = trace.header
     method = "" if run["enforcement"] == "admittance" else f"-{run['enforcement']}"

@@ -7,11 +7,12 @@ import numpy as np
 from numpy.typing import NDArray
 
 from primitives.checks import Array
-from primitives.kinematics import snapshot
+from primitives.constraint import Constraint
+from primitives.kinematics import snapshot, world_first
 from primitives.robot import Robot
 from scenarios.analysis.metrics import EVENTS
 from scenarios.analysis.trace import Trace
-from scenarios.hands_on.parts import Part
+from scenarios.hands_on.parts import Part, placed_cloud
 from scenarios.hands_on.scene import HandsOnScene
 
 BETWEEN = 10
@@ -27,16 +28,25 @@ SLIP = 0.2
 
 
 def _poses(robot: Robot, frame: str, q: Array) -> tuple[Array, Array]:
-    """Origins (k, 3) and z axes (k, 3) of a frame at configurations (k, n)."""
-    frames = ("world", frame)
-    flat = robot.flat(frames)
-    poses = np.array([snapshot(flat, frames, row).poses[1] for row in q])
-    return poses[:, 9:], poses[:, [2, 5, 8]]
+    """Rotations (k, 3, 3) and origins (k, 3) of a frame at configurations (k, n)."""
+    frames = world_first((frame,))
+    flat, place = robot.flat(frames), frames.index(frame)
+    poses = np.array([snapshot(flat, frames, row).poses[place] for row in q])
+    return poses[:, :9].reshape(-1, 3, 3), poses[:, 9:]
 
 
 def shaft_lines(scene: HandsOnScene, robot: Robot, trace: Trace) -> tuple[Array, Array]:
     """(k, 3) ends and (k, 3) directions of the shaft as the plant had it after each cycle, world, metres."""
-    return _poses(robot, scene.shaft, trace["plant_q"])
+    rotations, ends = _poses(robot, scene.shaft, trace["plant_q"])
+    return ends, rotations[:, :, 2]
+
+
+def kept_away(constraint: Constraint, robot: Robot, q: Array) -> tuple[Array, Array]:
+    """(k, 3) both ends, world, metres, of what of the tool a region keeps away; the same twice for a point."""
+    rotations, origins = _poses(robot, constraint.first.frame, q)
+    geometry = constraint.first.geometry
+    starts = rotations @ geometry[:3] + origins
+    return starts, starts + geometry[6] * (rotations @ geometry[3:6])
 
 
 def port_offset(port: Array, ends: Array, axes: Array) -> Array:
@@ -46,23 +56,22 @@ def port_offset(port: Array, ends: Array, axes: Array) -> Array:
     return out
 
 
-def clearance_of(scene: HandsOnScene, part: str, parts: Mapping[str, Part], ends: Array, axes: Array) -> Array:
-    """(k,) distance of the tool's surface from the spheres of a forbidden part, metres."""
-    forbidden, cloud = scene.forbidden[part], parts[part].cloud
-    if forbidden.keeps_out == "tip":
-        found = cloud.distance(ends)
+def clearance_of(constraint: Constraint, robot: Robot, parts: Mapping[str, Part], q: Array) -> Array:
+    """(k,) margin of a region, metres: of the tool's surface from the spheres of the part, at joints (k, n)."""
+    cloud, (starts, ends) = placed_cloud(constraint, parts), kept_away(constraint, robot, q)
+    if constraint.first.kind == "point":
+        found = cloud.distance(starts)
     else:
-        starts = ends - scene.parameters.shaft_length * axes
-        found = np.array([cloud.segment_distance(a, b) for a, b in zip(ends, starts, strict=True)])
-    out: Array = found - forbidden.tool_radius
+        found = np.array([cloud.segment_distance(a, b) for a, b in zip(starts, ends, strict=True)])
+    out: Array = found - constraint.safe_distance
     return out
 
 
-def clearance(scene: HandsOnScene, parts: Mapping[str, Part], ends: Array, axes: Array) -> Array:
+def clearance(scene: HandsOnScene, robot: Robot, parts: Mapping[str, Part], q: Array) -> Array:
     """(k,) smallest distance of the tool's surface from the spheres of any region, metres; inf without regions."""
-    out = np.full(len(ends), np.inf)
-    for part in scene.forbidden:
-        out = np.minimum(out, clearance_of(scene, part, parts, ends, axes))
+    out = np.full(len(q), np.inf)
+    for region in scene.regions:
+        out = np.minimum(out, clearance_of(region, robot, parts, q))
     return out
 
 
@@ -82,17 +91,16 @@ def between(scene: HandsOnScene, robot: Robot, parts: Mapping[str, Part], q: Arr
     Looked at are the cycles which can hold the smallest of all, as the tool is no farther off than it moves in them;
     the others are inf.
     """
-    ends, axes = _poses(robot, scene.shaft, q)
-    at = clearance(scene, parts, ends, axes)
-    handles = ends - scene.parameters.shaft_length * axes
-    moved = np.maximum(*(np.linalg.norm(np.diff(points, axis=0), axis=1) for points in (ends, handles)))
+    at, moved = clearance(scene, robot, parts, q), np.zeros(len(q) - 1)
+    for points in (ends for region in scene.regions for ends in kept_away(region, robot, q)):
+        moved = np.maximum(moved, np.linalg.norm(np.diff(points, axis=0), axis=1))
     close = np.flatnonzero(np.minimum(at[:-1], at[1:]) < at.min() + BENT * moved)
     out = np.full(len(moved), np.inf)
     if not len(close):
         return out
     shares = np.arange(1, BETWEEN) / BETWEEN
     ways = (q[close, None] + shares[:, None] * (q[close + 1] - q[close])[:, None]).reshape(-1, q.shape[1])
-    found = clearance(scene, parts, *_poses(robot, scene.shaft, ways)).reshape(-1, len(shares))
+    found = clearance(scene, robot, parts, ways).reshape(-1, len(shares))
     out[close] = found.min(axis=1)
     return out
 
@@ -114,7 +122,8 @@ def summary(trace: Trace, scene: HandsOnScene, parts: Mapping[str, Part]) -> dic
     port = np.array(scene.port)
     ends, axes = shaft_lines(scene, robot, trace)
     offset = port_offset(port, ends, axes)
-    at, inner = clearance(scene, parts, ends, axes), between(scene, robot, parts, trace["plant_q"])
+    at = clearance(scene, robot, parts, trace["plant_q"])
+    inner = between(scene, robot, parts, trace["plant_q"])
     force = np.linalg.norm(trace["hand_wrench"][:, :3], axis=1)
     touching = np.linalg.norm(trace["repulsion"], axis=1) > 0.0
     times, states, limited = trace["cycle_us"], trace["state"], trace["limited"].astype(int)

@@ -82,7 +82,7 @@ class Projected:
                 f"{', '.join(admittance.joints)}; give both the same joint group, in the robot's order"
             )
         self._admittance, self.controller = admittance, controller
-        self._joints = known("metric", metric, METRICS) == "joints"
+        self._joints = metric == "joints"
         self._still = np.zeros(admittance.robot.n)
         self.intervened = 0.0
         """1 where the guard changed the last command, or would have."""
@@ -150,6 +150,7 @@ def enforce(
     InputError : a form or integrator that a proposed step has not. Others as `HandsOnScene.build`.
     """
     known("enforcement", enforcement, ENFORCEMENTS)
+    known("metric", metric, METRICS)
     by_rows = enforcement in ("vfi", "both")
     mode = known("guard", guard, GUARDS) if guard is not None else "act" if by_rows else "off"
     if (by_rows or mode != "off") and (scene.form, scene.integrator) != (FORM, INTEGRATOR):

@@ -8,6 +8,7 @@ from typing import Any
 
 import numpy as np
 
+from primitives.elements import Cloud
 from primitives.errors import InputError
 from primitives.point_cloud import Gaps
 from scenarios.analysis.trace import Trace
@@ -29,6 +30,8 @@ class HandsOnJob:
     enforcement: str
     seed: int
     file: Path | None
+    guard: str | None = None
+    metric: str = "free"
 
     @property
     def label(self) -> str:
@@ -49,7 +52,7 @@ class HandsOnJob:
     def check(self) -> None:
         """Build everything that the run will need; raises where something does not fit."""
         robot = self.scene.build_robot()
-        enforce(self.enforcement, self.scene, robot, self.parts)
+        enforce(self.enforcement, self.scene, robot, self.parts, guard=self.guard, metric=self.metric)
         clouds = {name: part.cloud for name, part in self.parts.items()}
         build_plant(self.plant, self.scene, robot, clouds, self.seed)
 
@@ -59,6 +62,8 @@ class HandsOnJob:
             self.scene,
             plant=self.plant,
             enforcement=self.enforcement,
+            guard=self.guard,
+            metric=self.metric,
             seed=self.seed,
             out=self.file,
             progress=progress,
@@ -92,23 +97,27 @@ def hands_on_job(scene: HandsOnScene, choices: Choices, like: HandsOnJob | None 
     changes = {name: getattr(choices, name) for name in ("period", "integrator", "form")}
     scene = scene.with_changes(**{name: value for name, value in changes.items() if value is not None})
     if choices.organ or choices.vessels:
-        anatomy = _from_files(scene.anatomy, choices)
-        for name in scene.forbidden:
+        anatomy = _from_files(scene, choices)
+        for name in (c.second.name for c in scene.constraints if isinstance(c.second, Cloud)):
             if name not in anatomy.parts:
                 way = f"give --{name} too" if name in ("organ", "vessels") else "files have an organ and vessels only"
-                raise InputError(f'scene "{scene.name}" forbids its part "{name}", which is not among the files; {way}')
+                raise InputError(f'scene "{scene.name}" is about its part "{name}", not among the files; {way}')
         scene = scene.with_changes(anatomy=anatomy, hand=scene.hand_on_files or scene.hand)
-    suffix = "" if choices.enforcement == "admittance" else f"-{choices.enforcement}"
+    chosen = (choices.enforcement, "admittance"), (choices.guard, None), (choices.metric, "free")
+    suffix = "".join(f"-{value}" for value, default in chosen if value != default)
     stem = f"{scene.name}-{scene.robot}-{choices.plant}{suffix}"
     file = choices.out / f"{stem}.mcap" if choices.out is not None else None
-    job = HandsOnJob(scene, choices.plant, choices.enforcement, choices.seed, file)
+    job = HandsOnJob(scene, choices.plant, choices.enforcement, choices.seed, file, choices.guard, choices.metric)
     if like is not None:
         job.__dict__["parts"] = like.parts
     job.check()
     return job
 
 
-def _from_files(anatomy: AnatomySource, choices: Choices) -> AnatomySource:
+def _from_files(scene: HandsOnScene, choices: Choices) -> AnatomySource:
+    anatomy = scene.anatomy
+    if anatomy is None:
+        raise InputError(f'scene "{scene.name}" has no anatomy that files could replace')
     organ, vessels = (str(path.absolute()) if path else "" for path in (choices.organ, choices.vessels))
     gaps: Gaps = "fill" if choices.fill_gaps else anatomy.gaps
     thickest = max(anatomy.cover.values())

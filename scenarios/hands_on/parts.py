@@ -9,9 +9,11 @@ import numpy as np
 
 from primitives import dual_quaternion as dq
 from primitives.checks import Array, array, known, number
+from primitives.constraint import Constraint
+from primitives.elements import WORLD, Cloud
 from primitives.errors import FileError, InputError
 from primitives.files.mesh_file import read_surface
-from primitives.point_cloud import Gaps, PointCloud
+from primitives.point_cloud import IDENTITY, Gaps, PointCloud
 from primitives.surface import Surface
 from primitives.units import METRES, check_size
 from scenarios.anatomy import Bowl, Shape, cortex, kidney, under_port
@@ -74,9 +76,14 @@ class AnatomySource:
     @property
     def parts(self) -> tuple[str, ...]:
         """Names of the parts."""
-        if self.kind == FILES:
-            return tuple(name for name in ("organ", "vessels") if getattr(self, name))
-        return ("bowl",) if self.kind == "bowl" else ("organ", "vessels")
+        return part_names(self.kind, self.organ, self.vessels)
+
+
+def part_names(kind: str, organ: object, vessels: object) -> tuple[str, ...]:
+    """Names of the parts of an anatomy of that kind; on files those whose file is named."""
+    if kind == FILES:
+        return tuple(name for name, file in (("organ", organ), ("vessels", vessels)) if file)
+    return ("bowl",) if kind == "bowl" else ("organ", "vessels")
 
 
 class Part(NamedTuple):
@@ -94,13 +101,36 @@ class Part(NamedTuple):
     shape: Shape | None
 
 
-def build_parts(source: AnatomySource, port: Array, seed: int = 0) -> dict[str, Part]:
-    """Every part by name, at its place; the same for the same seed.
+def placed_cloud(constraint: Constraint, parts: Mapping[str, Part]) -> PointCloud:
+    """The cloud of a constraint in the world: that of its part, moved as its element says.
+
+    Raises
+    ------
+    InputError : its second element is no cloud, or one that moves.
+    UnknownNameError : no such part.
+    """
+    element = constraint.second
+    if not isinstance(element, Cloud):
+        raise InputError(f'constraint "{constraint.name}": expected a cloud as its second element, got {element.kind}')
+    if element.frame != WORLD or element.entity is not None:
+        raise InputError(
+            f'constraint "{constraint.name}": expected a cloud that stands still in the world, got one on '
+            f'"{element.entity or element.frame}"'
+        )
+    cloud = parts[known("part of the anatomy", element.name, parts)].cloud
+    as_it_is = np.array_equal(element.dual_quaternion, IDENTITY)
+    return cloud if as_it_is else cloud.moved(dq.product(np.array(element.dual_quaternion), np.array(cloud.pose)))
+
+
+def build_parts(source: AnatomySource | None, port: Array, seed: int = 0) -> dict[str, Part]:
+    """Every part by name, at its place; the same for the same seed; none where there is no anatomy.
 
     Raises
     ------
     FileError, InputError : a file that cannot be read, in another unit, or whose points leave gaps.
     """
+    if source is None:
+        return {}
     if source.kind == FILES:
         return _from_files(source, port, seed)
     half = 0.5 * source.turn

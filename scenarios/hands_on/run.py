@@ -1,7 +1,6 @@
 """One hands-on run: hand, admittance and plant in a loop, to a trace."""
 
 from collections.abc import Callable, Mapping
-from dataclasses import asdict
 from pathlib import Path
 from typing import Any
 
@@ -9,6 +8,7 @@ import numpy as np
 
 from admittance import Admittance
 from primitives.checks import Array
+from primitives.elements import Cloud
 from primitives.errors import InputError
 from scenarios.analysis.recorder import Recorder
 from scenarios.analysis.trace import Trace
@@ -79,11 +79,17 @@ def _header(
         "shaft": scene.shaft,
         "constraints": {c.name: c.definition.unit for c in scene.constraints},
         "ports": [port.name.lower() for port in Work],
-        "enforced": list(scene.forbidden),
+        "enforced": [c.name for c in scene.constraints if c.enforced],
         "range_m": scene.parameters.d_0,
         "regions": {
-            name: {**asdict(f), "radius": parts[name].cloud.radius + f.tool_radius}
-            for name, f in scene.forbidden.items()
+            c.name: {
+                "keeps_out": c.first.kind,
+                "part": cloud.name,
+                "tool_radius": c.safe_distance,
+                "radius": parts[cloud.name].cloud.radius + c.safe_distance,
+            }
+            for c in scene.regions
+            if isinstance(cloud := c.second, Cloud)
         },
         "versions": versions(),
         "resolved_scene": dump_hands_on(scene.located(Path.cwd())),

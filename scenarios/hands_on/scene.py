@@ -1,9 +1,9 @@
-"""`HandsOnScene`: an arm, its port, the anatomy, what must not be touched with what, and the hand."""
+"""`HandsOnScene`: an arm, its port, the anatomy, what must never happen, and the hand."""
 
 from collections.abc import Mapping
 from dataclasses import dataclass, field, replace
 from pathlib import Path
-from typing import Any, Literal, Self
+from typing import Any, Self, cast
 
 import numpy as np
 
@@ -12,40 +12,15 @@ from primitives.checks import Array, array, known, number
 from primitives.constraint import Constraint, ConstraintSet
 from primitives.elements import Cloud, Point, Segment
 from primitives.robot import Robot
-from scenarios.hands_on.parts import AnatomySource, Part
+from scenarios.hands_on.parts import AnatomySource, Part, placed_cloud
 from scenarios.hands_on.pull import Pull
 from scenarios.hands_on.push import Push
 from scenarios.robots import robots
 from scenarios.scene import check_duration, check_name
 
-ToolPart = Literal["tip", "tool"]
-TOOL_PARTS = ("tip", "tool")
-
 
 def _in(folder: Path, file: str) -> str:
     return str((folder / file).absolute()) if file else ""
-
-
-@dataclass(frozen=True)
-class Forbidden:
-    """A part of the anatomy that the tool must not touch.
-
-    Attributes
-    ----------
-    keeps_out : "tip", the end of the shaft, or "tool", a capsule from there back along the shaft.
-    tool_radius : r of that capsule, metres; a tip has none.
-
-    Raises
-    ------
-    UnknownNameError, InputError : another word, or a radius below zero.
-    """
-
-    keeps_out: ToolPart
-    tool_radius: float = 0.0
-
-    def __post_init__(self) -> None:
-        known("part of the tool", self.keeps_out, TOOL_PARTS)
-        object.__setattr__(self, "tool_radius", number(self.tool_radius, "tool_radius of Forbidden", low=0.0))
 
 
 @dataclass(frozen=True)
@@ -60,15 +35,16 @@ class HandsOnScene:
     port : (3,) p_c, world, metres. port_radius : clear radius of the ring that it is in a plant with contact, metres.
     parameters : of the target admittance.
     form, integrator : see `admittance.Admittance`.
-    anatomy : see `AnatomySource`.
-    forbidden : {name of a part: what of the tool it keeps out}.
+    constraints : enforced and watched ones. An enforced one between a point or segment of the shaft frame and a part of
+        the anatomy is a region of the admittance, see `regions`.
     hand : see `Pull` and `Push`. hand_on_files : another one for anatomy from files on the command line, whose places
         a scene cannot know; None for the same.
+    anatomy : see `AnatomySource`; None where nothing lies under the port.
     period : T, seconds. duration : seconds.
 
     Raises
     ------
-    InputError, UnknownNameError : a value out of its range, an unknown robot, or a forbidden part that is none.
+    InputError, UnknownNameError : a value out of its range, an unknown robot, a cloud that is no part of the anatomy.
     """
 
     name: str
@@ -76,10 +52,10 @@ class HandsOnScene:
     robot: str
     start: tuple[float, ...]
     port: tuple[float, float, float]
-    anatomy: AnatomySource
-    forbidden: Mapping[str, Forbidden]
+    constraints: ConstraintSet
     hand: Pull | Push
     duration: float
+    anatomy: AnatomySource | None = None
     hand_on_files: Pull | Push | None = None
     period: float = 0.004
     group: str = "all"
@@ -97,13 +73,31 @@ class HandsOnScene:
         for what in ("period", "duration", "port_radius"):
             number(getattr(self, what), f"{what} of scene {self.name}", positive=True)
         check_duration(self.duration, self.period)
-        for name in self.forbidden:
-            known("part of the anatomy", name, self.anatomy.parts)
+        object.__setattr__(self, "constraints", ConstraintSet(self.constraints))
+        for constraint in self.constraints:
+            if isinstance(constraint.second, Cloud):
+                known("part of the anatomy", constraint.second.name, self.parts)
+
+    @property
+    def parts(self) -> tuple[str, ...]:
+        """Names of the parts of its anatomy."""
+        return self.anatomy.parts if self.anatomy is not None else ()
+
+    @property
+    def regions(self) -> tuple[Constraint, ...]:
+        """The enforced constraints that keep something out of a part of the anatomy."""
+        return tuple(c for c in self.constraints if c.enforced and c.is_cloud)
+
+    @property
+    def forbidden_parts(self) -> tuple[str, ...]:
+        """Names of the parts that some region is about, in the order of the regions."""
+        return tuple(dict.fromkeys(c.second.name for c in self.regions if isinstance(c.second, Cloud)))
 
     def located(self, folder: Path) -> Self:
         """The scene with whole paths of the files that it names, from a folder where it does not say from where."""
-        source = self.anatomy
-        anatomy = replace(source, organ=_in(folder, source.organ), vessels=_in(folder, source.vessels))
+        anatomy = self.anatomy
+        if anatomy is not None:
+            anatomy = replace(anatomy, organ=_in(folder, anatomy.organ), vessels=_in(folder, anatomy.vessels))
         hand, other = (
             replace(h, file=_in(folder, h.file)) if isinstance(h, Push) else h for h in (self.hand, self.hand_on_files)
         )
@@ -118,25 +112,13 @@ class HandsOnScene:
         robot = robots[self.robot].build()
         known("joint group", self.group, robot.groups)
         known("frame", self.shaft, robot.frames)
+        for frame in {e.frame for c in self.constraints for e in (c.first, c.second)}:
+            known("frame", frame, robot.frames)
         array(self.start, (robot.n,), f'start of scene {self.name} for robot "{self.robot}"')
         return robot
 
-    @property
-    def constraints(self) -> ConstraintSet:
-        """The forbidden parts as constraints."""
-        return ConstraintSet(
-            Constraint(name, self.element(f.keeps_out), Cloud.named(name), "outside", f.tool_radius)
-            for name, f in self.forbidden.items()
-        )
-
-    def element(self, part: ToolPart) -> Point | Segment:
-        """The part of the tool as an element on the shaft frame; the capsule ends before the handle."""
-        if part == "tip":
-            return Point.at([0.0, 0.0, 0.0], frame=self.shaft)
-        return Segment.between([0.0, 0.0, 0.0], [0.0, 0.0, -self.parameters.shaft_length], frame=self.shaft)
-
     def build(self, robot: Robot, parts: Mapping[str, Part], **changes: Any) -> Admittance:
-        """The admittance at the start.
+        """The admittance at the start, kept out of the scene's regions; constraints of other pairs are not its affair.
 
         Parameters
         ----------
@@ -148,8 +130,8 @@ class HandsOnScene:
         InputError : see `Admittance`; among others a start inside a region.
         """
         regions = [
-            Region(name, parts[name].cloud, self.element(f.keeps_out), f.tool_radius, parts[name].cloud.pose)
-            for name, f in self.forbidden.items()
+            Region(c.name, cloud := placed_cloud(c, parts), cast(Point | Segment, c.first), c.safe_distance, cloud.pose)
+            for c in self.regions
         ]
         arguments: dict[str, Any] = {
             "port": self.port,

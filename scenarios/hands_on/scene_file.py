@@ -3,7 +3,7 @@
 from dataclasses import asdict, fields
 from typing import Annotated, Any, Self, get_args
 
-from pydantic import AfterValidator, Field, PlainValidator, ValidationInfo, create_model, model_validator
+from pydantic import AfterValidator, Field, PlainValidator, create_model, model_validator
 
 from admittance import NEURO8, TABLE_1, Parameters
 from primitives.errors import InputError, UnknownNameError
@@ -11,11 +11,12 @@ from primitives.files.fields import Numbers, Positive, Text, Vector, check_text,
 from primitives.files.model import FileModel, gather, show
 from primitives.files.yaml_file import write
 from primitives.point_cloud import Gaps
+from primitives.spec import ConstraintsField, constraints_data
 from primitives.units import METRES
 from scenarios.hands_on.parts import KINDS, AnatomySource
 from scenarios.hands_on.pull import WAYS, Pull, Waypoint
 from scenarios.hands_on.push import Push
-from scenarios.hands_on.scene import TOOL_PARTS, Forbidden, HandsOnScene, ToolPart
+from scenarios.hands_on.scene import HandsOnScene
 from scenarios.robots import robots
 from scenarios.scene import check_name
 from scenarios.scene_model import Duration, Start
@@ -134,11 +135,6 @@ class _AnatomyModel(FileModel):
         return AnatomySource(**(self.model_dump() | {"at": _triple(self.at)}))
 
 
-class _ForbiddenModel(FileModel):
-    keeps_out: Annotated[ToolPart, one_of("part of the tool", lambda: TOOL_PARTS)]
-    tool_radius: NotNegative = 0.0
-
-
 _FIELDS: dict[str, Any] = {
     **{f.name: (Numbers if isinstance(f.default, tuple) else float, f.default) for f in fields(Parameters)},
     "W": (Any, TABLE_1.W),
@@ -167,15 +163,6 @@ def _problem(name: str, value: Any) -> str:
     return ""
 
 
-def _parts_of(value: dict[str, _ForbiddenModel], info: ValidationInfo) -> dict[str, _ForbiddenModel]:
-    anatomy = info.data.get("anatomy")
-    if anatomy is not None:
-        parts = anatomy.build().parts
-        unknown = [((name,), str(UnknownNameError("part of the anatomy", name, parts))) for name in value]
-        gather(None, [problem for problem in unknown if problem[0][0] not in parts])
-    return value
-
-
 class HandsOnModel(FileModel):
     """The keys of a hands-on scene file, once those of its base are joined."""
 
@@ -192,8 +179,9 @@ class HandsOnModel(FileModel):
     integrator: Annotated[str, one_of("integrator", lambda: ("semi-implicit", "euler", "rk4", "robust"))] = (
         HandsOnScene.integrator
     )
-    anatomy: _AnatomyModel
-    forbidden: Annotated[dict[str, _ForbiddenModel], AfterValidator(_parts_of)]
+    anatomy: _AnatomyModel | None = None
+    constraints: ConstraintsField
+    enforce: list[Annotated[str, refers_to("constraint")]] | None = None
     hand: _HandModel
     hand_on_files: _HandModel | None = None
     period: Positive = HandsOnScene.period
@@ -201,7 +189,7 @@ class HandsOnModel(FileModel):
 
     @model_validator(mode="after")
     def _waypoints_at_parts(self) -> Self:
-        parts = self.anatomy.build().parts
+        parts = self.anatomy.build().parts if self.anatomy is not None else ()
         gather(
             None,
             [
@@ -216,10 +204,18 @@ class HandsOnModel(FileModel):
     def build(self) -> HandsOnScene:
         """The scene that the file declares; raises InputError."""
         other = self.hand_on_files.build() if self.hand_on_files is not None else None
-        built = {"anatomy": self.anatomy.build(), "hand": self.hand.build(), "hand_on_files": other}
-        own = {name: getattr(self, name) for name in type(self).model_fields if name not in built}
-        forbidden = {name: Forbidden(f.keeps_out, f.tool_radius) for name, f in self.forbidden.items()}
-        return HandsOnScene(**(own | built | {"forbidden": forbidden}))
+        built = {
+            "anatomy": self.anatomy.build() if self.anatomy is not None else None,
+            "constraints": self.constraints if self.enforce is None else self.constraints.enforcing(self.enforce),
+            "hand": self.hand.build(),
+            "hand_on_files": other,
+        }
+        own = {name: getattr(self, name) for name in type(self).model_fields if name not in (*built, "enforce")}
+        return HandsOnScene(**(own | built))
+
+
+def _anatomy_data(source: AnatomySource) -> dict[str, Any]:
+    return {**asdict(source), "at": list(source.at), "cover": dict(source.cover)}
 
 
 def hands_on_data(scene: HandsOnScene) -> dict[str, Any]:
@@ -233,8 +229,8 @@ def hands_on_data(scene: HandsOnScene) -> dict[str, Any]:
         "port": list(scene.port),
         "port_radius": float(scene.port_radius),
         "parameters": parameters,
-        "anatomy": {**asdict(scene.anatomy), "at": list(scene.anatomy.at), "cover": dict(scene.anatomy.cover)},
-        "forbidden": {name: asdict(f) for name, f in scene.forbidden.items()},
+        **({"anatomy": _anatomy_data(scene.anatomy)} if scene.anatomy is not None else {}),
+        "constraints": constraints_data(scene.constraints),
         "hand": _hand_data(scene.hand),
         **({"hand_on_files": _hand_data(scene.hand_on_files)} if scene.hand_on_files is not None else {}),
         "period": float(scene.period),

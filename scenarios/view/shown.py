@@ -68,7 +68,7 @@ def shown(trace: Trace, robot: Robot, port: Port | None, clouds: Sequence[Cloud]
             name,
             part.cloud.world_points,
             part.cloud.radius * TOUCHED,
-            FORBIDDEN if name in scene.forbidden else ALLOWED,
+            FORBIDDEN if name in scene.forbidden_parts else ALLOWED,
         )
         for name, part in build_parts(scene.anatomy, np.array(scene.port)).items()
     ]

@@ -9,7 +9,6 @@ from vfi.cycle import finish, solve_active_set
 from vfi.inequality import fill_rows
 from vfi.limits import fill_bounds
 from vfi.memory import Real, Whole
-from vfi.outcome import Option
 from vfi.recovery import violation
 from vfi.tasks import fill_cost, fill_pose_task
 

@@ -17,7 +17,12 @@ robot: lwr4plus
 start: [0.3490658503988659, 0.8726646259971648, 0, -1.2217304763960306, 0, 1.0471975511965976, 0]
 port: [-0.6053196198834375, -0.22031832385490333, 0]
 anatomy: {kind: bowl, radius: 0.04, at: [0, 0, -0.126], cover: {bowl: 0.0035}}
-forbidden: {bowl: {keeps_out: tip}}
+constraints:
+  - name: bowl
+    first: {kind: point, frame: tip, position: [0, 0, 0]}
+    second: {kind: cloud, cloud: bowl}
+    keep: outside
+    safe_distance: 0
 hand: {wrenches: [{t: 0.1, force: [0, 2, -10]}]}
 duration: 1.2
 """

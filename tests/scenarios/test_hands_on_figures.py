@@ -5,6 +5,7 @@ from functools import cache
 import numpy as np
 import pytest
 
+from primitives.constraint import ConstraintSet
 from scenarios.analysis import hands_on_figures as figures
 from scenarios.analysis.hands_on_metrics import clearance, port_offset, shaft_lines
 from scenarios.hands_on.parts import build_parts
@@ -48,12 +49,12 @@ def test_the_curves_over_time_are_those_of_the_trace(name, robot):
     assert panels_with_data(figure) == [True] * 4
     ends, axes = shaft_lines(scene, scene.build_robot(), trace)
     assert_drawn(offset.lines[0], trace.t, 1e6 * port_offset(np.array(scene.port), ends, axes))
-    for part, forbidden in scene.forbidden.items():
-        safe = parts[part].cloud.radius + forbidden.tool_radius
-        alone = scene.with_changes(forbidden={part: forbidden})
-        from_points = 1e3 * (clearance(alone, parts, ends, axes) + safe)
-        assert_drawn(curve(distance, f"to {part}"), trace.t, from_points)
-        assert curve(distance, f"limit of {part}").get_ydata()[0] == pytest.approx(1e3 * safe)
+    for region in scene.regions:
+        safe = parts[region.second.name].cloud.radius + region.safe_distance
+        alone = scene.with_changes(constraints=ConstraintSet([region]))
+        from_points = 1e3 * (clearance(alone, scene.build_robot(), parts, trace["plant_q"]) + safe)
+        assert_drawn(curve(distance, f"to {region.name}"), trace.t, from_points)
+        assert curve(distance, f"limit of {region.name}").get_ydata()[0] == pytest.approx(1e3 * safe)
     reach = curve(distance, "repulsion begins").get_ydata()[0]
     assert reach == pytest.approx(1e3 * (safe + scene.parameters.d_0))
     assert distance.get_ylim()[1] > reach, "the range is in view"
@@ -102,10 +103,11 @@ def test_the_tools_traces_stand_above_the_anatomy(name, robot):
         away = np.linalg.norm(np.cross(first, last - first)) / np.linalg.norm(last - first)
         assert away < 0.1, "the tool goes through the port"
     shown = {c.get_label(): np.array(c._offsets3d).T for c in space.collections}
-    labels = {f"{part} (forbidden)" if part in scene.forbidden else part for part in parts}
+    forbidden = {region.second.name for region in scene.regions}
+    labels = {f"{part} (forbidden)" if part in forbidden else part for part in parts}
     assert set(shown) == {*labels, "port"}
     for part in parts:
-        label = f"{part} (forbidden)" if part in scene.forbidden else part
+        label = f"{part} (forbidden)" if part in forbidden else part
         points = 1e3 * (parts[part].cloud.world_points - port)
         assert 0 < len(shown[label]) <= figures.SHOWN_POINTS + 1
         assert np.linalg.norm(points[None] - shown[label][:20, None], axis=2).min(axis=1).max() < 1e-9
@@ -131,7 +133,7 @@ def test_files_are_png_and_svg_and_repeat_to_the_byte(tmp_path, name, robot):
 
 def test_a_scene_in_which_nothing_is_forbidden_is_drawn_too(tmp_path):
     _, scene, parts = done("bowl-tip", "lwr4plus")
-    free = scene.with_changes(forbidden={}, duration=0.1)
+    free = scene.with_changes(constraints=scene.constraints.enforcing([]), duration=0.1)
     trace = run_hands_on(free, parts=parts)
     assert len(figures.draw_hands_on(trace, free, parts, tmp_path)) == 8
     distance = figures.over_time(trace, free, parts).axes[1]

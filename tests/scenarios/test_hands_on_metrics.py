@@ -45,11 +45,29 @@ def unit(vectors):
     return vectors / np.linalg.norm(vectors, axis=-1, keepdims=True)
 
 
-def lines_near_the_port(count, scene):
-    """Ends (k, 3) and directions (k, 3) of shafts that come down through the port."""
-    port = np.array(scene.port)
-    ends = port + RNG.normal(size=(count, 3)) * [0.05, 0.05, 0.01] - [0.0, 0.0, 0.2]
-    return ends, unit(ends - port + RNG.normal(size=(count, 3)) * 1e-3)
+def reaching(scene, robot, targets):
+    """Joints (k, n) at which the shaft ends at these points (k, 3), by Newton steps from the first configuration."""
+    out = np.tile(np.array(scene.start), (len(targets), 1))
+    for q, target in zip(out, targets, strict=True):
+        for _ in range(8):
+            at = robot.kinematics(q)
+            q += np.linalg.pinv(at.jacobian(scene.shaft)[:3]) @ (target - at.translation(scene.shaft))
+    return out
+
+
+def under_the_port(count, scene):
+    """Points (k, 3) of the world, metres."""
+    return np.array(scene.port) + RNG.normal(size=(count, 3)) * [0.05, 0.05, 0.01] - [0.0, 0.0, 0.2]
+
+
+def shaft_at(robot, frame, q):
+    """Ends (k, 3) and directions (k, 3) of the shaft at joints (k, n), by Pinocchio."""
+    data, out = robot.model.createData(), []
+    for row in q:
+        pin.framesForwardKinematics(robot.model, data, row)
+        pose = data.oMf[robot.model.getFrameId(frame)]
+        out.append([pose.translation.copy(), pose.rotation[:, 2].copy()])
+    return tuple(np.swapaxes(np.array(out), 0, 1))
 
 
 # Where the shaft is
@@ -83,18 +101,18 @@ def test_port_offset_is_the_smallest_distance_along_the_line():
 # Clearance
 
 
-@pytest.mark.parametrize(("name", "part"), [("hands-on-tip", "tip"), ("hands-on-tool", "tool")])
-def test_clearance_is_that_of_all_pairs_in_numpy(name, part):
-    scene, _, parts = setting(name)
-    ends, axes = lines_near_the_port(60, scene)
+@pytest.mark.parametrize(("name", "length"), [("hands-on-tip", 0.0), ("hands-on-tool", 0.43)])
+def test_clearance_is_that_of_all_pairs_in_numpy(name, length):
+    scene, robot, parts = setting(name)
+    q = reaching(scene, robot, under_the_port(60, scene))
+    ends, axes = shaft_at(robot, scene.shaft, q)
     cloud = parts["vessels"].cloud
     points = cloud.world_points
-    length = scene.parameters.shaft_length if part == "tool" else 0.0
     place = np.clip(((points[None] - ends[:, None]) * -axes[:, None]).sum(axis=2), 0.0, length)
     nearest = ends[:, None] - place[..., None] * axes[:, None]
     distance = np.linalg.norm(points[None] - nearest, axis=2).min(axis=1)
-    expected = distance - cloud.radius - scene.forbidden["vessels"].tool_radius
-    np.testing.assert_allclose(clearance(scene, parts, ends, axes), expected, atol=1e-12)
+    expected = distance - cloud.radius - scene.constraints["vessels"].safe_distance
+    np.testing.assert_allclose(clearance(scene, robot, parts, q), expected, atol=1e-12)
     assert expected.min() < 0.0 < expected.max(), "some of the shafts enter, some do not"
 
 
@@ -102,31 +120,32 @@ def test_clearance_is_that_of_all_pairs_in_numpy(name, part):
 @pytest.mark.parametrize("robot", ["lwr4plus", "neuro8"])
 def test_clearance_never_promises_more_than_the_exact_shape(name, robot):
     """The spheres cover the surface: of a tool outside, they tell no more than its distance from the exact shape."""
-    scene, _, parts = setting(name, robot)
-    port, rng = np.array(scene.port), np.random.default_rng(8)
-    near = parts[next(iter(scene.forbidden))].cloud.world_points
-    ends = near[rng.integers(0, len(near), 300)] + rng.normal(size=(300, 3)) * scene.parameters.d_0
-    axes = unit(ends - port)
+    scene, arm, parts = setting(name, robot)
+    near = parts[scene.regions[0].second.name].cloud.world_points
+    wanted = near[RNG.integers(0, len(near), 300)] + RNG.normal(size=(300, 3)) * scene.parameters.d_0
+    q = reaching(scene, arm, wanted)
+    ends, axes = shaft_at(arm, scene.shaft, q)
+    np.testing.assert_allclose(ends, wanted, atol=1e-6)
     found = np.full(len(ends), np.inf)
-    for part, f in scene.forbidden.items():
-        shape, cloud = parts[part].shape, parts[part].cloud
-        if f.keeps_out == "tip":
+    for region in scene.regions:
+        shape, cloud = parts[region.second.name].shape, parts[region.second.name].cloud
+        if region.first.kind == "point":
             exact = shape.distance(ends)
         else:
             exact = shape.segment_distance(ends, ends - scene.parameters.shaft_length * axes)
-        found = np.minimum(found, exact - f.tool_radius)
+        found = np.minimum(found, exact - region.safe_distance)
         assert cloud.radius < 0.006
-    given = clearance(scene, parts, ends, axes)
+    given = clearance(scene, arm, parts, q)
     outside = found > 0.0
     assert np.count_nonzero(outside & (found < scene.parameters.d_0)) > 10
     assert (given <= found + 1e-9)[outside].all()
-    assert (given >= found - max(parts[p].cloud.radius for p in scene.forbidden) - 1e-4)[outside].all()
+    assert (given >= found - max(parts[r.second.name].cloud.radius for r in scene.regions) - 1e-4)[outside].all()
 
 
 def test_without_regions_there_is_no_clearance_to_tell():
-    scene, _, parts = setting()
-    free = scene.with_changes(forbidden={}, duration=0.08)
-    assert np.isposinf(clearance(free, parts, *lines_near_the_port(3, scene))).all()
+    scene, robot, parts = setting()
+    free = scene.with_changes(constraints=scene.constraints.enforcing([]), duration=0.08)
+    assert np.isposinf(clearance(free, robot, parts, reaching(scene, robot, under_the_port(3, scene)))).all()
     figures = summary(run_hands_on(free, parts=parts), free, parts)
     assert figures["clearance_m"] == {"at_samples": None, "between_samples": None}
     assert figures["contact_fraction"] == 0.0
@@ -146,9 +165,8 @@ def test_between_samples_the_smallest_clearance_is_that_of_dense_samples(name):
         found = between(scene, robot, parts, q)
         shares = np.arange(1, 10)[:, None] / 10
         dense = np.vstack([a + shares * (b - a) for a, b in pairwise(q)])
-        trace_like = metrics._poses(robot, scene.shaft, dense)
-        expected = clearance(scene, parts, *trace_like).reshape(-1, 9).min(axis=1)
-        at = clearance(scene, parts, *metrics._poses(robot, scene.shaft, q))
+        expected = clearance(scene, robot, parts, dense).reshape(-1, 9).min(axis=1)
+        at = clearance(scene, robot, parts, q)
         looked = np.isfinite(found)
         np.testing.assert_allclose(found[looked], expected[looked], atol=1e-12)
         assert (expected[~looked] >= at.min()).all(), "what was left out holds nothing smaller"
@@ -163,8 +181,7 @@ def test_a_dip_between_two_samples_is_seen():
     q[1, 0] += 0.05
     middle = scene.first_end(robot)
     parts = {"vessels": parts["vessels"]._replace(cloud=PointCloud(middle[None], 0.002))}
-    at = clearance(scene, parts, *metrics._poses(robot, scene.shaft, q))
-    assert at.min() > 0.02
+    assert clearance(scene, robot, parts, q).min() > 0.02
     assert between(scene, robot, parts, q).min() == pytest.approx(-0.002, abs=1e-6)
 
 

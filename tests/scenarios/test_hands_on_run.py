@@ -177,7 +177,9 @@ def test_the_trace_says_what_was_run():
         *("bowl-tip", "neuro8", "kinematic", "semi-implicit", "reduced", "admittance", 5, "shaft")
     ]
     assert header["port"] == [0.0, 0.0, -0.29]
-    assert header["regions"] == {"bowl": {"keeps_out": "tip", "tool_radius": 0.00175, "radius": pytest.approx(0.00275)}}
+    assert header["enforced"] == ["bowl"]
+    region = {"keeps_out": "point", "part": "bowl", "tool_radius": 0.00175, "radius": pytest.approx(0.00275)}
+    assert header["regions"] == {"bowl": region}
     assert len(header["joints"]) == 8
     assert len(trace.t) == 25
 

@@ -6,13 +6,14 @@ import numpy as np
 import pytest
 from hypothesis import HealthCheck, given, settings
 
-from admittance import NEURO8, TABLE_1
-from primitives.elements import Point, Segment
+from admittance import NEURO8, TABLE_1, Admittance, Region
+from primitives.constraint import Constraint, ConstraintSet
+from primitives.elements import Cloud, Plane, Point, Segment
 from primitives.errors import FileError, InputError, UnknownNameError
-from scenarios.hands_on.parts import AnatomySource, build_parts
+from scenarios.hands_on.parts import AnatomySource, build_parts, placed_cloud
 from scenarios.hands_on.pull import Pull, Waypoint
 from scenarios.hands_on.push import Push
-from scenarios.hands_on.scene import Forbidden, HandsOnScene
+from scenarios.hands_on.scene import HandsOnScene
 from scenarios.hands_on.scene_file import dump_hands_on, hands_on_data
 from scenarios.scene import MAX_CYCLES
 from scenarios.scene_file import load_any, load_scene
@@ -41,9 +42,9 @@ anatomy:
   cover: {organ: 0.005, vessels: 0.0035}
   at: [-0.035, 0, -0.2]
   turn: 0.5
-forbidden:
-  vessels: {keeps_out: tip}
-  organ: {keeps_out: tool, tool_radius: 0.003}
+constraints:
+  - {name: vessels, first: {kind: point, frame: tip, position: [0, 0, 0]}, second: {kind: cloud, cloud: vessels}, keep: outside, safe_distance: 0}
+  - {name: organ, first: {kind: segment, frame: tip, start: [0, 0, 0], end: [0, 0, -0.43]}, second: {kind: cloud, cloud: organ}, keep: outside, safe_distance: 0.003}
 hand:
   stiffness: 200
   damping: 10
@@ -56,13 +57,22 @@ hand:
     - {t: 3, across: organ}
 period: 0.002
 duration: 3.5
-"""
+"""  # noqa: E501
 
 
 def written(folder, text, name="scene.yaml"):
     file = folder / name
     file.write_text(text, encoding="utf-8")
     return file
+
+
+def elements(scene):
+    """What of the tool the built-in scenes keep out: the end of the shaft, or all of it up to the handle."""
+    end = [0.0, 0.0, -scene.parameters.shaft_length]
+    return {
+        "tip": Point.at([0, 0, 0], frame=scene.shaft),
+        "tool": Segment.between([0, 0, 0], end, frame=scene.shaft),
+    }
 
 
 # What the files say
@@ -74,7 +84,8 @@ def test_every_built_in_scene_has_a_variant_for_both_arms(name, robot):
     assert isinstance(scene, HandsOnScene)
     assert (scene.name, scene.robot) == (name, robot)
     assert scene.parameters.k == (TABLE_1 if robot == "lwr4plus" else NEURO8).k
-    assert {f.keeps_out for f in scene.forbidden.values()} == {name.rsplit("-", 1)[1]}
+    assert {c.first for c in scene.regions} == {elements(scene)[name.rsplit("-", 1)[1]]}
+    assert set(scene.forbidden_parts) == {c.name for c in scene.constraints} <= set(scene.anatomy.parts)
     assert scene.shaft == ("tip" if robot == "lwr4plus" else "shaft")
 
 
@@ -117,7 +128,18 @@ def test_a_file_of_ones_own(tmp_path):
         form="full",
         integrator="rk4",
         anatomy=AnatomySource("kidney", {"organ": 0.005, "vessels": 0.0035}, (-0.035, 0.0, -0.2), 0.5),
-        forbidden={"vessels": Forbidden("tip"), "organ": Forbidden("tool", 0.003)},
+        constraints=ConstraintSet(
+            [
+                Constraint("vessels", Point.at([0, 0, 0], frame="tip"), Cloud.named("vessels"), "outside", 0.0),
+                Constraint(
+                    "organ",
+                    Segment.between([0, 0, 0], [0, 0, -0.43], frame="tip"),
+                    Cloud.named("organ"),
+                    "outside",
+                    0.003,
+                ),
+            ]
+        ),
         hand=Pull(
             (Waypoint(1, (0, 0, -0.13)), Waypoint(2, "vessels", 0.05, "into"), Waypoint(3, "organ", 0.0, "across")),
             stiffness=200,
@@ -258,20 +280,35 @@ BROKEN = {
         {16: "  organ: kidney.ply"},
         [(13, 'anatomy: anatomy "kidney": files (organ, vessels) go with the kind "files", and need it')],
     ),
-    "no file": ({14: "  kind: files"}, [(13, 'go with the kind "files", and need it')]),
+    "no file": (
+        {14: "  kind: files"},
+        [
+            (13, 'go with the kind "files", and need it'),
+            (19, 'unknown cloud "vessels". Known: none are declared'),
+            (20, 'unknown cloud "organ"'),
+        ],
+    ),
     "unknown unit": ({17: "  unit: inch"}, [(17, 'anatomy.unit: unknown unit of length "inch". Known: cm, m, mm')]),
     "unknown way of gaps": ({17: "  gaps: ignore"}, [(17, "anatomy.gaps: unknown way to treat gaps")]),
     "unknown part": (
-        {19: "  vesels: {keeps_out: tip}"},
-        [(19, 'forbidden.vesels: unknown part of the anatomy "vesels". Did you mean "vessels"?')],
+        {19: VALID.splitlines()[18].replace("cloud: vessels", "cloud: vesels")},
+        [(19, 'constraints[0].second.cloud: unknown cloud "vesels". Did you mean "vessels"?')],
     ),
-    "unknown part of the tool": (
-        {19: "  vessels: {keeps_out: handle}"},
-        [(19, 'forbidden.vessels.keeps_out: unknown part of the tool "handle". Known: tip, tool')],
+    "unknown frame": (
+        {19: VALID.splitlines()[18].replace("frame: tip", "frame: handle")},
+        [(19, 'constraints[0].first.frame: unknown frame "handle". Known: ')],
     ),
     "radius below zero": (
-        {20: "  organ: {keeps_out: tool, tool_radius: -0.1}"},
-        [(20, "forbidden.organ.tool_radius: expected a number >= 0, got -0.1")],
+        {20: VALID.splitlines()[19].replace("safe_distance: 0.003", "safe_distance: -0.1")},
+        [(20, "constraints[1].safe_distance: expected a number >= 0, got -0.1")],
+    ),
+    "inside of a cloud": (
+        {20: VALID.splitlines()[19].replace("outside", "inside")},
+        [(20, 'constraint "organ": a cloud is a surface to stay outside of; got keep "inside"')],
+    ),
+    "no anatomy": (
+        {13: None, 14: None, 15: None, 16: None, 17: None, 29: "    - {t: 2, to: [0, 0, -0.2]}", 30: None},
+        [(14, 'unknown cloud "vessels". Known: none are declared'), (15, 'unknown cloud "organ"')],
     ),
     "no waypoints": ({27: "  waypoints: []", 28: None, 29: None, 30: None}, [(21, "expected at least one")]),
     "waypoint with two ways": (
@@ -352,10 +389,65 @@ def test_no_broken_data_gets_past_our_errors(tmp_path, text):
 # The scene in Python
 
 
-def test_the_elements_of_the_tool():
-    scene = load_any("hands-on-tool", "neuro8")
-    assert scene.element("tip") == Point.at([0, 0, 0], frame="shaft")
-    assert scene.element("tool") == Segment.between([0, 0, 0], [0, 0, -0.335], frame="shaft")
+def test_a_region_is_an_enforced_constraint_of_a_part_and_is_lowered_to_the_bit():
+    """What the admittance does is what it does with the region written out by hand."""
+    scene = load_any("bowl-tool", "neuro8")
+    robot, parts = scene.build_robot(), build_parts(scene.anatomy, np.array(scene.port))
+    cloud, shaft = parts["bowl"].cloud, Segment.between([0, 0, 0], [0, 0, -0.335], frame="shaft")
+    by_hand = Admittance(
+        robot,
+        port=scene.port,
+        start=scene.start,
+        shaft="shaft",
+        parameters=NEURO8,
+        period=0.004,
+        regions=[Region("bowl", cloud, shaft, 0.00175, cloud.pose)],
+    )
+    declared = scene.build(robot, parts)
+    for k in range(400):
+        for admittance in (by_hand, declared):
+            admittance.step(0.004 * k, np.array([4.0, 0.0, -6.0, 0.0, 0.0, 0.0]))
+    names = [slice_ for name, slice_ in declared.columns.items() if name != "cycle_us"]
+    assert all(by_hand.ring[:, s].tobytes() == declared.ring[:, s].tobytes() for s in names)
+    assert np.abs(declared.ring[:, declared.columns["repulsion"]]).max() > 0.1, "it was pushed against the bowl"
+
+
+def test_what_is_watched_or_of_another_pair_makes_no_region():
+    scene = load_any("bowl-tip")
+    wall = Constraint("floor", Point.at([0, 0, 0], frame="tip"), Plane.through([0, 0, -1], [0, 0, 1]), "outside", 0.0)
+    more = scene.with_changes(constraints=scene.constraints + wall)
+    robot, parts = more.build_robot(), build_parts(more.anatomy, np.array(more.port))
+    assert list(more.build(robot, parts).regions) == ["bowl"]
+    watched = more.with_changes(constraints=more.constraints.enforcing(["floor"]))
+    assert (watched.regions, watched.forbidden_parts) == ((), ())
+    assert not watched.build(robot, parts).regions
+    with pytest.raises(UnknownNameError, match='unknown frame "tips"'):
+        stray = replace(wall, first=Point.at([0, 0, 0], frame="tips"))
+        more.with_changes(constraints=[stray]).build_robot()
+
+
+def test_a_scene_needs_no_anatomy(tmp_path):
+    pushed = "hand: {wrenches: [{t: 0, force: [0, 0, 1]}]}"
+    lines = [*VALID.splitlines()[:12], "constraints: []", pushed, "duration: 1"]
+    scene = load_any(written(tmp_path, "\n".join(lines)))
+    assert (scene.anatomy, scene.parts, build_parts(None, np.zeros(3))) == (None, (), {})
+    assert load_any(written(tmp_path, dump_hands_on(scene))) == scene
+
+
+def test_a_clouds_element_may_move_it():
+    scene = load_any("bowl-tip")
+    up = Cloud(np.array([1, 0, 0, 0, 0, 0, 0, 0.005]), name="bowl")
+    (bowl,) = scene.constraints
+    parts = build_parts(scene.anatomy, np.array(scene.port))
+    moved = placed_cloud(replace(bowl, second=up), parts)
+    shift = moved.world_points - parts["bowl"].cloud.world_points
+    np.testing.assert_allclose(shift, np.tile([0, 0, 0.01], (len(shift), 1)), atol=1e-15)
+    raised = scene.with_changes(constraints=[replace(bowl, second=up)]).build(scene.build_robot(), parts)
+    np.testing.assert_array_equal(raised.regions["bowl"].pose, moved.pose)
+    assert placed_cloud(bowl, parts) is parts["bowl"].cloud
+    for carried in (Cloud.named("bowl", frame="tip"), Cloud.named("bowl", entity="organ")):
+        with pytest.raises(InputError, match="expected a cloud that stands still"):
+            placed_cloud(replace(bowl, second=carried), parts)
 
 
 @pytest.mark.parametrize(
@@ -365,7 +457,9 @@ def test_the_elements_of_the_tool():
         ({"port": (0, 0)}, "port of scene bowl-tip: expected shape"),
         ({"period": 0.0}, "period of scene bowl-tip: expected a number > 0"),
         ({"duration": np.nan}, "duration of scene bowl-tip: expected a finite number"),
-        ({"forbidden": {"vessels": Forbidden("tip")}}, 'unknown part of the anatomy "vessels"'),
+        ({"constraints": load_any("hands-on-tip").constraints}, 'unknown part of the anatomy "vessels"'),
+        ({"anatomy": None}, 'unknown part of the anatomy "bowl"'),
+        ({"constraints": "none"}, "expected a Constraint, got 'n'"),
         ({"start": "home"}, "start of scene bowl-tip: expected numbers"),
     ],
 )
@@ -381,10 +475,6 @@ def test_what_does_not_fit_the_robot_is_said():
     for change, kind in (({"group": "wrist"}, "joint group"), ({"shaft": "tips"}, "frame")):
         with pytest.raises(UnknownNameError, match=kind):
             scene.with_changes(**change).build_robot()
-    with pytest.raises(UnknownNameError, match="part of the tool"):
-        Forbidden("handle")
-    with pytest.raises(InputError, match="tool_radius of Forbidden"):
-        Forbidden("tip", -1.0)
 
 
 def test_a_start_inside_a_region_names_point_and_depth():

@@ -116,7 +116,7 @@ def test_metres_taken_for_millimetres_are_refused():
 def test_an_organ_alone_leaves_the_forbidden_vessels_out():
     alone = run_on(KIDNEY, None)
     assert alone.exit_code == 2
-    assert 'forbids its part "vessels", which is not among the files; give --vessels too' in alone.output
+    assert 'is about its part "vessels", not among the files; give --vessels too' in alone.output
     vessels = run_on(None, VESSELS)
     assert vessels.exit_code == 0, vessels.output
 
