@@ -1,4 +1,4 @@
-"""two-arms in three ways: what each keeps, by clearances of another formula; one controller an arm; scene and errors."""
+"""two-arms in three ways: what each keeps, clearances by another formula, one controller an arm, scene and errors."""
 
 import json
 from functools import cache

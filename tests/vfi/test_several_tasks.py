@@ -33,7 +33,7 @@ def product(a: Array, b: Array) -> Array:
 
 
 def pose_of(frame: str, q: Array) -> tuple[Array, Array]:
-    """vec8 (8,) of a frame and its Jacobian (8, 16), by Pinocchio: r' = w r / 2, and d = t r / 2 by the product rule."""
+    """vec8 (8,) of a frame and its Jacobian (8, 16), by Pinocchio: r' = w r / 2, d = t r / 2 by the product rule."""
     model, data = PAIR.model, PAIR.model.createData()
     index = model.getFrameId(frame)
     J = pin.computeFrameJacobian(model, data, PAIR.configuration(q), index, pin.LOCAL_WORLD_ALIGNED)
@@ -71,7 +71,6 @@ def situation(seed: int) -> tuple[Array, Array]:
     q = START + rng.normal(scale=[0.0005, 0.0005, 0.005, 0.005, 0.0005, 0.1, 0.1, 0.1] * 2)
     wanted = []
     for task in TASKS:
-        x, J = pose_of(str(task.frame), q)
         moved, _ = pose_of(str(task.frame), q + rng.normal(scale=0.004, size=16))
         wanted.append(rng.choice([-1.0, 1.0]) * moved)
     return q, np.concatenate(wanted)
@@ -129,7 +128,7 @@ def test_of_arms_that_share_nothing_is_that_of_each_alone():
 def test_lp_stacks_them_too(seed):
     """The 1-norm of both tasks' residuals together, by SciPy on Pinocchio's matrices."""
     q, reference = situation(seed)
-    c, v = step(paper_constraints(""), q, reference, solver="lp")
+    _, v = step(paper_constraints(""), q, reference, solver="lp")
     J, target = stacked(q, reference)
     low, high = bounds(q)
     I, O = np.eye, np.zeros
