@@ -5,6 +5,10 @@ from .hand import ScriptedHand as ScriptedHand
 from .hand import SpringHand as SpringHand
 from .hand import Tremor as Tremor
 from .hand_file import load_hand as load_hand
+from .joint_parameters import NEURO8_JOINTS as NEURO8_JOINTS
+from .joint_parameters import JointParameters as JointParameters
+from .joints import JointAdmittance as JointAdmittance
+from .joints import JointMotion as JointMotion
 from .messages import Motion as Motion
 from .messages import Proposal as Proposal
 from .nullspace import FreeMotion as FreeMotion
@@ -21,12 +25,16 @@ from .regions import Region as Region
 
 __all__ = [
     "NEURO8",
+    "NEURO8_JOINTS",
     "TABLE_1",
     "Admittance",
     "Cloud",
     "Delay",
     "FreeMotion",
     "Hand",
+    "JointAdmittance",
+    "JointMotion",
+    "JointParameters",
     "Motion",
     "Parameters",
     "Proposal",

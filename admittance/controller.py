@@ -1,4 +1,4 @@
-"""`Admittance`: a robot, a port, forbidden regions and parameters, lowered once; `step` is one cycle."""
+"""`Admittance`: a robot, a port, what must hold, and parameters, lowered once; `step` is one cycle."""
 
 from collections.abc import Sequence
 from time import perf_counter_ns
@@ -19,9 +19,14 @@ from admittance.parameters import TABLE_1, Parameters
 from admittance.record import columns, width
 from admittance.regions import Cloud, Region, lay_out
 from primitives.checks import Array, array, known, number
+from primitives.constraint import ConstraintSet
 from primitives.elements import Point
 from primitives.errors import InputError
 from primitives.robot import Robot
+from primitives.vectors import CONTACT
+
+NOTHING = ConstraintSet()
+"""No constraint but what the regions are."""
 
 
 class Admittance:
@@ -36,6 +41,8 @@ class Admittance:
     period : T, seconds.
     start : (n,) first configuration, whose shaft runs through the port (within 5 mm).
     regions : forbidden regions, each with a name of its own.
+    constraints : what else must hold, between elements on robot frames and in the world. Those on frames of joints
+        outside the group count these joints as standing where `start` has them. Watched ones are only measured.
     sensor : point on a robot frame where the wrench is measured and the hand holds on; default the point
         `parameters.shaft_length` back along the shaft.
     form : "reduced", "full" with analytic derivatives, or "printed" with the paper's backward differences.
@@ -46,14 +53,16 @@ class Admittance:
     force_ceiling, torque_ceiling : a wrench beyond these is no hand's, N and Nm.
     linear_below : clearance below which the potential goes on linearly, metres; 0 for the paper's barrier.
     sight : how far beyond d_0 cloud points are looked at, metres; `propose` gives their rows. Default 0.010 for the
-        robust integrator, which needs it, else 0.
+        robust integrator, which needs it, else 0. Margins in radians have the same shares of d_0_angle for both.
     implicit_stiffness : add T^2 K_GN to the metric of `propose` and of the semi-implicit step.
     ring : records kept until they are drained.
 
     Raises
     ------
     InputError : a number out of range, a start that is not usable (port, limits, singularity), a combination of form
-        and integrator that does not exist, or a start inside a region, with the point's index and depth.
+        and integrator that does not exist, a start inside a region, with the point's index and depth, or where an
+        enforced constraint has no margin; a constraint on a cloud or on an entity.
+    InactiveConstraintError : an enforced constraint whose elements the group does not move against each other.
     UnknownNameError : an unknown frame, group, form or integrator.
     """
 
@@ -67,6 +76,7 @@ class Admittance:
         parameters: Parameters = TABLE_1,
         period: float = 0.004,
         regions: Sequence[Region] = (),
+        constraints: ConstraintSet = NOTHING,
         sensor: Point | None = None,
         form: str = "reduced",
         integrator: str = "semi-implicit",
@@ -93,12 +103,14 @@ class Admittance:
             implicit_stiffness,
         )
         handle = sensor or Point.at([0.0, 0.0, -parameters.shaft_length], frame=shaft)
-        lowered = lower(robot, array(port, (3,), "port"), shaft, parameters, tuple(regions), handle, group, settings)
+        place, kept_out = array(port, (3,), "port"), tuple(regions)
+        lowered = lower(robot, place, shaft, parameters, kept_out, constraints, handle, group, settings)
         size = number(ring, "ring", low=1)
         self.robot, self.parameters, self.period, self.shaft = robot, parameters, settings.period, shaft
         self.form, self.integrator, self.group = form, integrator, group
         self.joints = tuple(robot.joints[i] for i in lowered.decided)
-        self.regions = {region.name: region for region in regions}
+        self.regions = {region.name: region for region in kept_out}
+        self.constraints = constraints
         self.columns = columns(lowered.memory)
         """Where each quantity stands in a record of the ring; see `admittance.record.columns`."""
         self.ring: Array = np.zeros((int(size), width(lowered.memory)))
@@ -127,6 +139,8 @@ class Admittance:
         blocked = Reason(evaluate(*self._memory.arguments, *self._points, q))
         if blocked == Reason.INSIDE:
             raise InputError(self._depth())
+        if blocked == Reason.VIOLATED:
+            raise InputError(f"start: {self._violated()}, expected more than zero")
         if blocked != Reason.NONE:
             raise InputError(f"start: {WORDS[blocked]}")
         settle(*self._memory.arguments)
@@ -145,6 +159,17 @@ class Admittance:
         name = list(self.regions)[self._outcome[Slot.REGION]]
         depth, point = -self._real[Real.TOUCH][Touch.CLEARANCE], self._outcome[Slot.POINT]
         return f'the tool is {depth * 1e3:.4g} mm inside the sphere of point {point} of region "{name}"'
+
+    def _violated(self) -> str:
+        """Which enforced constraints have no margin left, in words."""
+        found = zip(self.constraints, self._real[Real.MARGIN], strict=True)
+        scale = {"m": (1e3, "mm"), "rad": (1.0, "rad")}
+        said = []
+        for c, margin in found:
+            if c.enforced and not margin > CONTACT:
+                times, unit = scale[c.definition.unit]
+                said.append(f'"{c.name}" is {margin * times:.4g} {unit}')
+        return f"the margin of constraint {', of '.join(said)}"
 
     def step(self, t: float, wrench: ArrayLike) -> Motion:
         """One cycle. Never raises and never commands a number that is not finite.
@@ -239,6 +264,8 @@ class Admittance:
         reason = Reason(self._outcome[Slot.REASON])
         if reason == Reason.INSIDE:
             return f"{self._depth()}; {WORDS[reason]}"
+        if reason == Reason.VIOLATED:
+            return f"{self._violated()}; {WORDS[reason]}"
         return WORDS[reason]
 
     def _finish(self, row: int, begun: int) -> Motion:
@@ -253,6 +280,7 @@ class Admittance:
             "" if state == 0 else self._reason(),
             real[Real.X_C].copy(),
             float(real[Real.TOUCH][Touch.CLEARANCE]),
+            real[Real.MARGIN].copy(),
             handle,
             (handle - real[Real.HANDLE_LAST][9:]) / self.period,
         )

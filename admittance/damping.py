@@ -8,7 +8,7 @@ from primitives.compiled import compiled
 
 @compiled("void(float64[:,::1], float64, float64[::1], float64[::1], float64[::1])")
 def fill_damping(gains: Array, redundant: float, v: Array, F_rx: Array, D: Array) -> None:
-    """Diagonal of D_f (m,) at a free velocity v (m,) and a repulsion F_rx (4,).
+    """Diagonal of D_f (m,) at a free velocity v (m,) and a repulsion F_rx (m,), of which the first four count.
 
     D_c + Q exp(-M s) + G (1 - exp(-C z^2)) with the rows of gains (5, 4) in that order; s is the speed along the shaft
     and the angular speed about the port (44). Erratum to (45): F_rx = Z_x F_r, as the printed transpose has the wrong

@@ -40,7 +40,7 @@ def kinetic_energy(M: Array, v: Array) -> float:
 def book_forces(f: Array, fl: np.ndarray, w: np.ndarray, wl: np.ndarray, h: float, v: Array) -> None:
     """Enter the work of hand and repulsion over h seconds of the free velocity v (m,)."""
     book, hand, F_rx = vector(f, fl, Real.LEDGER), vector(f, fl, Real.F_HAND), vector(f, fl, Real.F_RX)
-    for i in range(4):
+    for i in range(v.shape[0]):
         book[Book.HAND] += h * hand[i] * v[i]
         book[Book.BARRIER] += h * F_rx[i] * v[i]
 

@@ -1,19 +1,23 @@
-"""From a robot, a port, regions and parameters to the memory of a cycle."""
+"""From a robot, a port, regions, constraints and parameters to the memory of a cycle."""
 
 from typing import NamedTuple
 
 import numpy as np
 
+from admittance.declared import check_influence, check_kinds, movers, reaches
+from admittance.layout import shapes
 from admittance.memory import Real, Whole
-from admittance.outcome import Book, Form, Integrator, Option, Setting, Slot, Touch
+from admittance.outcome import Form, Integrator, Option, Setting
 from admittance.parameters import Parameters
 from admittance.regions import Points, Region, lay_out
-from primitives.active_set import work_rows
 from primitives.checks import Array, number
-from primitives.elements import Point
+from primitives.constraint import ConstraintSet
+from primitives.elements import WORLD, Point
 from primitives.errors import InputError
+from primitives.kinematics import world_first
 from primitives.memory import Memory
 from primitives.robot import Robot
+from primitives.table import tabulate, used_frames
 
 FORMS = {"reduced": Form.REDUCED, "full": Form.ANALYTIC, "printed": Form.PRINTED}
 INTEGRATORS = {
@@ -84,14 +88,17 @@ def lower(
     shaft: str,
     parameters: Parameters,
     regions: tuple[Region, ...],
+    constraints: ConstraintSet,
     handle: Point,
     group: str,
     settings: Settings,
 ) -> Lowered:
     """Everything as flat arrays. Raises InputError and UnknownNameError as `Admittance` says."""
     _check(settings, parameters)
-    if len({region.name for region in regions}) != len(regions):
-        raise InputError(f"regions: expected different names, got {[region.name for region in regions]}")
+    check_kinds(constraints)
+    names = [*(region.name for region in regions), *constraints.names]
+    if len(set(names)) != len(names):
+        raise InputError(f"regions and constraints: expected different names, got {names}")
     for region in regions:
         if region.element.frame != shaft or region.element.entity is not None:
             raise InputError(
@@ -100,25 +107,30 @@ def lower(
             )
     if handle.entity is not None:
         raise InputError(f'sensor: expected a Point on a robot frame, got one on entity "{handle.entity}"')
-    flat = robot.flat([shaft])
-    moves, joint = set(), int(flat.frame_joint[1])
-    while joint >= 0:
-        moves.add(joint)
-        joint = int(flat.parent[joint])
-    decided = _decided(robot, group, moves, shaft)
-    points, table = lay_out(regions)
-    memory = Memory(*_shapes(robot.n, len(decided), len(regions)))
+    # The first three have their places: the world, the shaft and the sensor's frame, which may be the same twice.
+    first = (WORLD, shaft, handle.frame)
+    frames = (*first, *(name for name in used_frames(constraints) if name not in first))
+    each = world_first(frames)
+    flat = robot.flat(each)
+    decided = _decided(robot, group, movers(flat, each.index(shaft)), shaft)
+    check_influence(constraints, each, flat, set(decided.tolist()))
+    points, regions_table = lay_out(regions)
+    memory = Memory(*shapes(robot.n, len(decided), len(regions), len(constraints), len(frames)))
     real, whole = memory.real, memory.whole
-    on_shaft, on_sensor = robot.flat([shaft]), robot.flat([handle.frame])
     real[Real.PLACEMENT][:], whole[Whole.PARENT][:], whole[Whole.PRISMATIC][:] = (
         flat.placement,
         flat.parent,
         flat.prismatic,
     )
-    for i, (source, frame) in enumerate(((on_shaft, 0), (on_shaft, 1), (on_sensor, -1))):
-        real[Real.FRAME_PLACEMENT][i] = source.frame_placement[frame]
-        whole[Whole.FRAME_JOINT][i] = source.frame_joint[frame]
-    whole[Whole.DECIDED][:], whole[Whole.REGION][:] = decided, table
+    for i, name in enumerate(frames):
+        real[Real.FRAME_PLACEMENT][i] = flat.frame_placement[each.index(name)]
+        whole[Whole.FRAME_JOINT][i] = flat.frame_joint[each.index(name)]
+    whole[Whole.DECIDED][:], whole[Whole.REGION][:] = decided, regions_table
+    table = tabulate(constraints, frames, ())
+    whole[Whole.ADDRESS][:], whole[Whole.FRAME][:] = table.address, table.frame
+    whole[Whole.ENFORCED][:] = table.enforced
+    real[Real.GEOMETRY][:], real[Real.SIDE][:], real[Real.SAFE][:] = table.geometry, table.side, table.safe
+    real[Real.REACH][:] = reaches(constraints, parameters, settings.sight, settings.linear_below)
     real[Real.PORT][:], real[Real.SENSOR][:] = port, handle.geometry[:3]
     real[Real.WEIGHT][:] = parameters.weights(len(decided))
     real[Real.INERTIA][:] = parameters.masses(len(decided) - 2)
@@ -149,108 +161,3 @@ def lower(
     options[Option.IMPLICIT_DAMPING] = parameters.implicit_damping
     options[Option.IMPLICIT_STIFFNESS] = settings.implicit_stiffness
     return Lowered(memory, decided, points)
-
-
-def _shapes(n: int, d: int, R: int) -> tuple[dict[Real, tuple[int, ...]], dict[Whole, tuple[int, ...]]]:
-    """Shape of every block for n joints, d of them decided, and R regions."""
-    m = d - 2
-    real: dict[Real, tuple[int, ...]] = {
-        Real.PLACEMENT: (n, 12),
-        Real.FRAME_PLACEMENT: (3, 12),
-        Real.PORT: (3,),
-        Real.SENSOR: (3,),
-        Real.WEIGHT: (d,),
-        Real.INERTIA: (m,),
-        Real.DAMPING: (5, 4),
-        Real.REDUNDANT: (1,),
-        Real.LIMITS: (3, d),
-        Real.SETTINGS: (len(Setting),),
-        Real.REGION: (R, 12),
-        Real.REGION_POSE: (R, 12),
-        Real.Q: (n,),
-        Real.Q_TRIAL: (n,),
-        Real.Q_LAST: (n,),
-        Real.V: (m,),
-        Real.V_REF: (m,),
-        Real.V_NEXT: (m,),
-        Real.COMMANDED: (m,),
-        Real.QDOT: (d,),
-        Real.RATE: (d,),
-        Real.OFFSET: (d,),
-        Real.WRENCH: (6,),
-        Real.F_TH: (6,),
-        Real.F_HAND: (m,),
-        Real.F_R: (6,),
-        Real.F_RX: (4,),
-        Real.D: (m,),
-        Real.STIFFNESS: (4, 4),
-        Real.TOUCH: (len(Touch),),
-        Real.SEGMENT: (6,),
-        Real.AXIS: (3,),
-        Real.FOUND: (3,),
-        Real.LOCAL: (6,),
-        Real.JOINT_POSE: (n, 12),
-        Real.POSE: (3, 12),
-        Real.JACOBIAN: (3, 6, n),
-        Real.HANDLE: (12,),
-        Real.HANDLE_LAST: (12,),
-        Real.J: (6, d),
-        Real.GRAM: (6, 6),
-        Real.FACTOR: (6, 6),
-        Real.SCRATCH: (6, 6),
-        Real.P: (6, d),
-        Real.X_C: (2,),
-        Real.A_X: (2, 6),
-        Real.A: (2, d),
-        Real.A_PLUS: (d, 2),
-        Real.Z_X: (4, 6),
-        Real.G: (d - 6, d),
-        Real.G_LAST: (d - 6, d),
-        Real.Z: (m, d),
-        Real.Z_PLUS_T: (m, d),
-        Real.Z_WORK: (m, m),
-        Real.Z_FACTOR: (m, m),
-        Real.A_LAST: (2, d),
-        Real.Z_PLUS_T_LAST: (m, d),
-        Real.SINGULAR: (4,),
-        Real.SINGULAR_ROW: (m,),
-        Real.METRIC: (m, m),
-        Real.METRIC_FACTOR: (m, m),
-        Real.LOW: (2, d),
-        Real.HIGH: (2, d),
-        Real.LIMIT_ROWS: (2 * d + 1, m),
-        Real.LIMIT_DEMAND: (2 * d + 1,),
-        Real.LIMIT_COST: (m,),
-        Real.LIMIT_GIVEN: (m,),
-        Real.UNBOUNDED: (2 * m,),
-        Real.LIMIT_MULTIPLIER: (2 * d + 1 + 2 * m,),
-        Real.LIMIT_SCALE: (2 * d + 1,),
-        Real.LIMIT_WORK: (work_rows(m), m),
-        Real.TWIST: (6,),
-        Real.J_RATE: (6, d),
-        Real.P_RATE: (6, d),
-        Real.Z_RATE: (m, d),
-        Real.A_X_RATE: (2, 6),
-        Real.ACCELERATION: (d,),
-        Real.DIRECTION: (d,),
-        Real.EIGEN: (6, 6),
-        Real.FREE: (m,),
-        Real.FREE_RATE: (m,),
-        Real.PORT_RATE: (2,),
-        Real.STAGE: (6, d),
-        Real.LEDGER: (len(Book),),
-        Real.LEDGER_LAST: (len(Book),),
-        Real.PROGRESS: (3,),
-    }
-    whole: dict[Whole, tuple[int, ...]] = {
-        Whole.PARENT: (n,),
-        Whole.PRISMATIC: (n,),
-        Whole.FRAME_JOINT: (3,),
-        Whole.DECIDED: (d,),
-        Whole.LIMIT_ACTIVE: (m + 2,),
-        Whole.LIMIT_MASK: (2 * d + 1 + 2 * m,),
-        Whole.REGION: (R, 7),
-        Whole.OPTIONS: (len(Option),),
-        Whole.OUTCOME: (len(Slot),),
-    }
-    return real, whole

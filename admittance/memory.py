@@ -15,7 +15,7 @@ class _FromZero(IntEnum):
 
 
 class Real(_FromZero):
-    """Blocks of floats: n joints, d of them decided, m = d - 2 free coordinates, R regions; three frames."""
+    """Blocks of floats: n joints, d of them decided, m = d - 2 free coordinates, R regions, c constraints, F frames."""
 
     PLACEMENT = auto()
     FRAME_PLACEMENT = auto()
@@ -29,6 +29,12 @@ class Real(_FromZero):
     SETTINGS = auto()
     REGION = auto()
     REGION_POSE = auto()
+    GEOMETRY = auto()
+    SIDE = auto()
+    SAFE = auto()
+    REACH = auto()
+    NO_TWIST = auto()
+    NO_RATE = auto()
     Q = auto()
     Q_TRIAL = auto()
     Q_LAST = auto()
@@ -47,6 +53,13 @@ class Real(_FromZero):
     D = auto()
     STIFFNESS = auto()
     TOUCH = auto()
+    DISTANCE = auto()
+    MARGIN = auto()
+    ROW = auto()
+    RESIDUAL = auto()
+    LEAST = auto()
+    PUSH = auto()
+    FREE_ROW = auto()
     SEGMENT = auto()
     AXIS = auto()
     FOUND = auto()
@@ -115,5 +128,9 @@ class Whole(_FromZero):
     LIMIT_ACTIVE = auto()
     LIMIT_MASK = auto()
     REGION = auto()
+    ADDRESS = auto()
+    FRAME = auto()
+    ENFORCED = auto()
+    STATUS = auto()
     OPTIONS = auto()
     OUTCOME = auto()

@@ -18,6 +18,7 @@ class Motion(NamedTuple):
     reason : empty in RUN; otherwise what held the motion back or what is wrong, in words.
     x_c : (2,) port error (1), metres.
     clearance : metres between the tool's surface and the nearest sphere of a region.
+    margin : (c,) of every constraint in their order, metres or radians.
     handle : (3,) position of the handle, world, metres.
     handle_velocity : (3,) its mean velocity over the cycle, m/s.
     """
@@ -29,6 +30,7 @@ class Motion(NamedTuple):
     reason: str
     x_c: Array
     clearance: float
+    margin: Array
     handle: Array
     handle_velocity: Array
 
@@ -66,6 +68,7 @@ WORDS = {
     Reason.OFFSET: "joint limits leave too little room for the motion back to the port",
     Reason.SUBSTEPS: "the robust integrator came to its smallest sub-step and scaled the velocity",
     Reason.INSIDE: "a point of a forbidden region lies inside its safe distance; move the region or the tool away",
+    Reason.VIOLATED: "it is enforced and must stay above zero; start again where it is",
     Reason.SINGULAR: "the shaft's Jacobian has lost rank; start again from another configuration",
     Reason.WRENCH: "the measured wrench has a number that is not finite",
     Reason.CEILING: "the measured wrench is larger than a hand's can be; see force_ceiling and torque_ceiling",

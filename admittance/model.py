@@ -11,6 +11,7 @@ import numpy as np
 
 from admittance.contact import SHAFT, evaluate_regions
 from admittance.dense import cholesky, inner, multiply, substitute, transform, transform_transposed
+from admittance.margins import measure_margins, push_off
 from admittance.memory import CLOUDS, Real, Whole
 from admittance.nullspace import (
     free_basis,
@@ -50,7 +51,10 @@ def evaluate(
     near: Array,
     q: Array,
 ) -> int:
-    """Kinematics, port, bases and regions at q (n,). Returns why no motion is possible there, a `Reason`; 0 if fine."""
+    """All that the dynamics need at q (n,): kinematics, port, bases, regions and constraints.
+
+    Returns why no motion is possible there, a `Reason`; 0 where it is.
+    """
     for j in range(q.shape[0]):
         if not np.isfinite(q[j]):
             return Reason.NOT_FINITE
@@ -70,6 +74,7 @@ def evaluate(
             handle[3 * r + c] = on[3 * r + c]
         handle[9 + r] = on[9 + r] + inner(on[3 * r : 3 * r + 3], sensor)
     blocked = evaluate_regions(f, fl, w, wl, points, order, start, index, place, distance, near)
+    blocked = measure_margins(f, fl, w, wl, blocked)
 
     port, A_x, Z_x = vector(f, fl, Real.PORT), matrix(f, fl, Real.A_X), matrix(f, fl, Real.Z_X)
     P, G, Z, A = matrix(f, fl, Real.P), matrix(f, fl, Real.G), matrix(f, fl, Real.Z), matrix(f, fl, Real.A)
@@ -81,6 +86,8 @@ def evaluate(
     if not range_inverse(J, gram, factor, scratch, P) or not transport(J, P, matrix(f, fl, Real.G_LAST), G):
         return Reason.SINGULAR
     stack(Z_x, P, G, Z)
+    if not push_off(f, fl, w, wl):
+        return Reason.NOT_FINITE
     weight = vector(f, fl, Real.WEIGHT)
     if not weighted_inverse(A, weight, matrix(f, fl, Real.A_PLUS)):
         return Reason.SINGULAR
@@ -185,9 +192,7 @@ def propose(f: Array, fl: np.ndarray, w: np.ndarray, wl: np.ndarray, h: float, d
     hand, F_rx = vector(f, fl, Real.F_HAND), vector(f, fl, Real.F_RX)
     X[:, :] = 0.0
     for i in range(v.shape[0]):
-        force = hand[i]
-        if i < 4:
-            force += F_rx[i]
+        force = hand[i] + F_rx[i]
         X[i, i] = M[i]
         if damping:
             X[i, i] += h * D[i]
@@ -195,8 +200,8 @@ def propose(f: Array, fl: np.ndarray, w: np.ndarray, wl: np.ndarray, h: float, d
             force -= D[i] * v[i]
         v_ref[i] = M[i] * v[i] + h * force
     if stiffness:
-        for i in range(4):
-            for j in range(4):
+        for i in range(v.shape[0]):
+            for j in range(v.shape[0]):
                 X[i, j] += h * h * K[i, j]
     factor = matrix(f, fl, Real.METRIC_FACTOR)
     if not cholesky(X, factor):
@@ -270,9 +275,7 @@ def accelerate(f: Array, fl: np.ndarray, w: np.ndarray, wl: np.ndarray, qdot: Ar
                 rate[i] += (Z_plus_T[i, k] - Z_plus_T_last[i, k]) * per_second
     hand, F_rx = vector(f, fl, Real.F_HAND), vector(f, fl, Real.F_RX)
     for i in range(v.shape[0]):
-        force = hand[i] - D[i] * v[i]
-        if i < 4:
-            force += F_rx[i]
+        force = hand[i] - D[i] * v[i] + F_rx[i]
         rate[i] = force / M[i] - rate[i]
     alpha, beta = settings[Setting.ALPHA], settings[Setting.BETA]
     for i in range(2):

@@ -35,6 +35,8 @@ class Reason(IntEnum):
     """The motion came out as a number that is not finite; it was not carried out."""
     UNDECIDED = 13
     """What decides on the proposed velocity found none."""
+    VIOLATED = 14
+    """An enforced constraint has a margin of zero or less."""
 
 
 class Limited(IntEnum):
@@ -67,13 +69,15 @@ class Slot(IntEnum):
     """The nearest cloud point, as an index into the cloud as it was given."""
     NEARBY = 8
     """Cloud points within sight."""
+    CONSTRAINT = 9
+    """The enforced constraint whose margin is the smallest share of its range, -1 where there is none."""
 
 
 class Touch(IntEnum):
     """Places in the block `Real.TOUCH`: the tool and the forbidden regions."""
 
     POTENTIAL = 0
-    """J."""
+    """J, of regions and constraints."""
     CLEARANCE = 1
     """Metres between the tool's surface and the nearest sphere; the sight where none is nearer."""
 

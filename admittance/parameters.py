@@ -30,6 +30,8 @@ class Parameters:
     W : weights of the inverses (19): one number for all joints, which cancels, or one each.
     k : gain of the barrier potential (9), J.
     d_0 : range of the barrier potential beyond the safe distance, metres.
+    d_0_angle : its range for margins that are angles, rad. Paper A has none; it is d_0 seen from the port, so that a
+        cone about the port is felt at the end of the shaft like a wall there.
     shaft_length : from the shaft frame back along its axis to the handle, where the wrench is measured by default
         (p_e, and paper A's L), metres.
     implicit_damping : take the damping at the new velocity, (M + T D) v+ = M v + T f.
@@ -53,6 +55,7 @@ class Parameters:
     W: float | tuple[float, ...] = 1.5
     k: float = 0.01
     d_0: float = 0.0115
+    d_0_angle: float = 0.09
     shaft_length: float = 0.43
     implicit_damping: bool = False
 
@@ -108,10 +111,11 @@ NEURO8 = Parameters(
     redundant_damping=0.1,
     k=1e-3,
     d_0=0.003,
+    d_0_angle=0.07,
     shaft_length=0.335,
     implicit_damping=True,
 )
 """For the 8-dof neurosurgical arm in a workspace of centimetres, hands of at most 10 N; Table 1 is unusable there.
 
-The wrist's two coordinates feel no hand force: their inertia and damping only say how a velocity they may have fades.
+The wrist's two coordinates feel no hand force, and no region. A constraint on what they move does push them.
 """

@@ -21,6 +21,8 @@ from primitives.voxel_grid import VoxelGrid, near_segment
 def barrier(clearance: float, k: float, d_0: float, linear_below: float) -> tuple[float, float, float]:
     """Potential V (J), repulsive force -V' (N) and stiffness V'' (N/m) at a clearance (m): (9), (11)-(13).
 
+    With clearance, d_0 and linear_below in radians the force is a torque, Nm.
+
     Below `linear_below` > 0 the potential goes on linearly, with the force it has there and no stiffness: finite at
     every clearance. With linear_below = 0 a clearance must be positive. 1 - psi = (c/d_0)(2 - c/d_0), so nothing is
     lost to cancellation near contact.

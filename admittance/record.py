@@ -23,6 +23,8 @@ _BLOCKS = (
     ("wrench", Real.WRENCH),
     ("repulsion", Real.F_R),
     ("free_repulsion", Real.F_RX),
+    ("distance", Real.DISTANCE),
+    ("margin", Real.MARGIN),
     ("damping", Real.D),
     ("handle", Real.HANDLE),
     ("singular", Real.SINGULAR),
@@ -34,8 +36,9 @@ def columns(memory: Memory) -> dict[str, slice]:
 
     "t" and "cycle_us"; the outcome's slots, clearance (m) and the ledger's entries (J) in lower case; q (n,),
     qdot (d,), v (m,), x_c (2,), wrench (6,) as measured, repulsion (6,) [force; torque] at the shaft frame's origin
-    (37), free_repulsion (4,) Z_x F_r, damping (m,), handle (12,) rotation row by row and position, singular (4,)
-    smallest and largest singular value of J_t, their ratio, and the bound of its rate (-inf far from the limit).
+    (37) by the regions, free_repulsion (m,) Z_x F_r and what the constraints add, distance and margin (c,) of each
+    constraint in m or rad, damping (m,), handle (12,) rotation row by row and position, singular (4,) smallest and
+    largest singular value of J_t, their ratio, and the bound of its rate (-inf far from the limit).
     """
     names = ["t", "cycle_us", *(s.name.lower() for s in Slot), Touch.CLEARANCE.name.lower()]
     names += [b.name.lower() if b != Book.LIMITED else "limited_work" for b in Book]
@@ -71,6 +74,8 @@ def write_record(f: Array, fl: np.ndarray, w: np.ndarray, wl: np.ndarray, t: flo
     at = put(vector(f, fl, Real.WRENCH), ring, row, at)
     at = put(vector(f, fl, Real.F_R), ring, row, at)
     at = put(vector(f, fl, Real.F_RX), ring, row, at)
+    at = put(vector(f, fl, Real.DISTANCE), ring, row, at)
+    at = put(vector(f, fl, Real.MARGIN), ring, row, at)
     at = put(vector(f, fl, Real.D), ring, row, at)
     at = put(vector(f, fl, Real.HANDLE), ring, row, at)
     put(vector(f, fl, Real.SINGULAR), ring, row, at)

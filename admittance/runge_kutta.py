@@ -31,9 +31,7 @@ def slope(f: Array, fl: np.ndarray, w: np.ndarray, wl: np.ndarray, form: int, dq
         D, M, hand = vector(f, fl, Real.D), vector(f, fl, Real.INERTIA), vector(f, fl, Real.F_HAND)
         F_rx = vector(f, fl, Real.F_RX)
         for i in range(v.shape[0]):
-            force = hand[i] - D[i] * v[i]
-            if i < 4:
-                force += F_rx[i]
+            force = hand[i] - D[i] * v[i] + F_rx[i]
             ds[i] = force / M[i]
         return
     qdot = vector(f, fl, Real.RATE)

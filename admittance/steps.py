@@ -131,9 +131,7 @@ def euler(f: Array, fl: np.ndarray, w: np.ndarray, wl: np.ndarray) -> int:
     used[:] = v
     limit(f, fl, w, wl, used)
     for i in range(v.shape[0]):
-        force = hand[i] - D[i] * used[i]
-        if i < 4:
-            force += F_rx[i]
+        force = hand[i] - D[i] * used[i] + F_rx[i]
         new[i] = used[i] + period * force / M[i]
     book_explicit(f, fl, w, wl, period)
     try_velocity(f, fl, w, wl, period, used)

@@ -8,22 +8,53 @@
         safe_distance: 0.014
 
 `Constraint` says what the keys mean; `pair`, `safety_class` and `enforced` may be left out. `primitives.files.elements`
-says how an element is written. Lengths are in metres, angles in radians.
+says how an element is written, `primitives.files.kinds` which shorter forms there are. Lengths are in metres and angles
+in radians, or texts such as "5 mm" and "30 deg"; what is written is the form above in SI numbers.
 """
 
 from collections.abc import Iterable
 from pathlib import Path
-from typing import Annotated, Any
+from typing import Annotated, Any, NamedTuple
 
-from pydantic import Field, PlainValidator, TypeAdapter, ValidationError, ValidationInfo
+from pydantic import (
+    BeforeValidator,
+    Field,
+    PlainValidator,
+    TypeAdapter,
+    ValidationError,
+    ValidationInfo,
+    WithJsonSchema,
+)
 
 from primitives.constraint import KEEPS, SAFETY_CLASSES, Constraint, ConstraintSet, Keep, SafetyClass
+from primitives.errors import InputError, UnknownNameError
 from primitives.files.document import Document, Mark, ValuePath
 from primitives.files.elements import ElementField, element_data
 from primitives.files.fields import Text, check_text, list_of, one_of
-from primitives.files.model import FileModel, gather, validate
+from primitives.files.joints import Ranges
+from primitives.files.kinds import KINDS
+from primitives.files.model import FileModel, gather, problem_at, validate
+from primitives.files.quantities import quantity
 from primitives.files.yaml_file import read, write
+from primitives.pair import CLOUD_PAIRS
 from primitives.registry import pairs
+
+
+def pair_names() -> tuple[str, ...]:
+    """Every pair that a constraint can name."""
+    return (*pairs.names(), *CLOUD_PAIRS)
+
+
+def _distance(value: Any, info: ValidationInfo) -> Any:
+    """A distance in the unit of the pair, as far as the pair is known."""
+    if not isinstance(value, str):
+        return value
+    first, second = info.data.get("first"), info.data.get("second")
+    name = info.data.get("pair") or (f"{first.kind}_{second.kind}" if first and second else "")
+    if name not in pair_names():
+        return quantity(value, "a length", "an angle")
+    angular = name in pairs.names() and pairs[name].unit == "rad"
+    return quantity(value, "an angle" if angular else "a length")
 
 
 class _ConstraintModel(FileModel):
@@ -31,8 +62,8 @@ class _ConstraintModel(FileModel):
     first: ElementField
     second: ElementField
     keep: Annotated[Keep, one_of("side to keep", lambda: KEEPS)]
-    safe_distance: Annotated[float, Field(ge=0.0)]
-    pair: Annotated[str, one_of("pair", pairs.names)] = ""
+    pair: Annotated[str, one_of("pair", pair_names)] = ""
+    safe_distance: Annotated[float, Field(ge=0.0), BeforeValidator(_distance, json_schema_input_type=float | str)]
     safety_class: Annotated[SafetyClass, one_of("safety class", lambda: SAFETY_CLASSES)] = "patient"
     enforced: bool = True
 
@@ -40,14 +71,27 @@ class _ConstraintModel(FileModel):
         return Constraint(**{name: getattr(self, name) for name in _ConstraintModel.model_fields})
 
 
-def _constraint(data: Any, info: ValidationInfo) -> Constraint:
-    return _ConstraintModel.model_validate(data, context=info.context).build()
+class Declared(NamedTuple):
+    """What a list of constraints declares: the constraints, and ranges of joints {joint: (lower, upper)}."""
+
+    constraints: ConstraintSet
+    limits: Ranges
 
 
-_LIST = TypeAdapter(Annotated[list[Constraint], list_of(Annotated[Constraint, PlainValidator(_constraint)])])
+def _entry(data: Any, info: ValidationInfo) -> Constraint | Ranges:
+    if not isinstance(data, dict) or "kind" not in data:
+        return _ConstraintModel.model_validate(data, context=info.context).build()
+    kind = data["kind"]
+    if not isinstance(kind, str) or kind not in KINDS:
+        text = str(UnknownNameError("kind of constraint", str(kind)[:60], KINDS))
+        raise problem_at(("kind",), f"{text} Or write first, second, keep and safe_distance.")
+    return KINDS[kind].model_validate(data, context=info.context).build()
 
 
-def _constraint_set(data: Any, info: ValidationInfo) -> ConstraintSet:
+_LIST = TypeAdapter(Annotated[list[Any], list_of(Annotated[Any, PlainValidator(_entry)])])
+
+
+def _declared(data: Any, info: ValidationInfo) -> Declared:
     items, below = [], None
     try:
         items = _LIST.validate_python(data, strict=True, context=info.context)
@@ -59,8 +103,19 @@ def _constraint_set(data: Any, info: ValidationInfo) -> ConstraintSet:
         if name is not None and first.setdefault(name, i) != i:
             text = f'constraint {first[name] + 1} is called "{name[:60]}" already; give this one another name'
             repeated.append(((i, "name"), text))
+    limits: Ranges = {}
+    for i, item in enumerate(items):
+        if isinstance(item, dict):
+            repeated += [((i, "limits", joint), f"{joint} is limited already") for joint in item if joint in limits]
+            limits |= item
     gather(below, repeated)
-    return ConstraintSet(items)
+    return Declared(ConstraintSet(item for item in items if isinstance(item, Constraint)), limits)
+
+
+def _no_limits(declared: Declared) -> ConstraintSet:
+    if declared.limits:
+        raise InputError("joint_limits belong to a robot, and so to a scene; leave them out of a set of constraints")
+    return declared.constraints
 
 
 def declared_names(data: Any) -> list[str | None]:
@@ -70,8 +125,12 @@ def declared_names(data: Any) -> list[str | None]:
     return [name if isinstance(name, str) else None for name in names]
 
 
-ConstraintsField = Annotated[ConstraintSet, PlainValidator(_constraint_set)]
+DeclaredField = Annotated[
+    Declared, PlainValidator(_declared), WithJsonSchema({"type": "array", "items": {"$ref": "#/$defs/constraint"}})
+]
 """A list of constraints in a file; the names given to `validate` as "frame" are the frames it may refer to."""
+ConstraintsField = Annotated[ConstraintSet, PlainValidator(lambda data, info: _no_limits(_declared(data, info)))]
+"""The same where there is no robot whose joints could be limited."""
 
 
 class _ConstraintsModel(FileModel):

@@ -20,8 +20,9 @@ class Choices:
     solver : of scenes that follow a trajectory. guard : None for "act" where rows enforce the constraints, else "off".
     period : T, seconds. seed : of everything random.
     robot : another robot than the scene's. out : folder of traces.
-    plant, enforcement, metric, integrator, form : of hands-on scenes. organ, vessels, unit : files in the place of
-        their anatomy. fill_gaps : of files of points, instead of refusing them.
+    enforcement : of hands-on scenes and of those that follow a trajectory by hand; None for "admittance" and "vfi".
+    plant, metric, integrator, form : of hands-on scenes. organ, vessels, unit : files in the place of their anatomy.
+        fill_gaps : of files of points, instead of refusing them.
     """
 
     solver: str = "active-set"
@@ -32,7 +33,7 @@ class Choices:
     robot: str | None = None
     out: Path | None = None
     plant: str = "kinematic"
-    enforcement: str = "admittance"
+    enforcement: str | None = None
     metric: str = "free"
     integrator: str | None = None
     form: str | None = None
@@ -44,6 +45,10 @@ class Choices:
 
 class Job(Protocol):
     """One run that has been checked."""
+
+    @property
+    def scene(self) -> object:
+        """What is run."""
 
     @property
     def label(self) -> str:

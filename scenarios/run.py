@@ -81,10 +81,11 @@ def no_collection() -> Iterator[None]:
             gc.enable()
 
 
-def _header(scene: Scene, controller: Controller | SeparateControllers, seed: int) -> Mapping[str, Any]:
+def header(scene: Scene, controller: Controller | SeparateControllers, seed: int) -> Mapping[str, Any]:
+    """Facts on a run, for its trace."""
     return {
         "scene": scene.name,
-        "robot": scene.robot,
+        "robot": str(scene.robot),
         "solver": controller.solver,
         "guard": controller.guard,
         "period_s": controller.period,
@@ -96,7 +97,7 @@ def _header(scene: Scene, controller: Controller | SeparateControllers, seed: in
         "constraints": {c.name: c.definition.unit for c in scene.constraints},
         "enforced": [c.name for c in scene.constraints if c.enforced],
         "versions": versions(),
-        "resolved_scene": dump_scene(scene),
+        "resolved_scene": dump_scene(scene.located(Path.cwd())),
     }
 
 
@@ -135,8 +136,8 @@ def run(
     reference = np.hstack(
         [r.sample(turn, controller.period, cycles) for r, turn in zip(scene.references, first, strict=True)]
     )
-    header = _header(scene, controller, seed)
-    recorder = Recorder(controller, controller.columns, header, out, cycles, progress=progress)
+    facts = header(scene, controller, seed)
+    recorder = Recorder(controller, controller.columns, facts, out, cycles, progress=progress)
     with recorder, no_collection():
         measurement = plant.reset()
         for k in range(cycles):

@@ -3,13 +3,16 @@
 import re
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field, replace
+from pathlib import Path
 from typing import Any, Self
 
+from admittance.joint_parameters import JointParameters
 from primitives.checks import array, known, number
 from primitives.constraint import ConstraintSet
 from primitives.errors import InputError
 from primitives.robot import Robot
-from scenarios.robots import robots
+from scenarios.by_hand.hand import Guide
+from scenarios.own_robot import OwnRobot, SceneRobot, entry_of
 from scenarios.trajectory import PoseTrajectory
 from vfi.tasks import PoseTask
 
@@ -32,6 +35,19 @@ def check_duration(duration: float, period: float) -> float:
     return duration
 
 
+def check_limits(limits: Mapping[str, tuple[float, float]], scene: str) -> None:
+    """Ranges of joints, lower < upper; raises InputError."""
+    for joint, (lower, upper) in limits.items():
+        if not lower < upper:
+            raise InputError(f"limits of {joint} in scene {scene}: expected lower < upper, got {lower}, {upper}")
+
+
+def with_ranges(robot: Robot, limits: Mapping[str, tuple[float, float]]) -> Robot:
+    """The robot with other ranges of some joints; raises UnknownNameError."""
+    lower, upper = ({joint: limit[i] for joint, limit in limits.items()} for i in (0, 1))
+    return robot.with_limits(lower=lower, upper=upper) if limits else robot
+
+
 @dataclass(frozen=True)
 class Scene:
     """Everything a run needs but the solver, the guard and the seed.
@@ -39,7 +55,7 @@ class Scene:
     Attributes
     ----------
     name, summary : shown to people; a run calls its scene and its files by the name.
-    robot : a registered robot.
+    robot : the name of a registered robot, or an `OwnRobot`.
     group : joint group whose velocities are decided.
     start : (n,) first configuration of all joints, rad and m.
     constraints : enforced and watched ones.
@@ -50,6 +66,8 @@ class Scene:
     limit_eta : gain of the joint-position limits, 1/s.
     period : T, seconds. duration : seconds, at most `MAX_CYCLES` periods.
     limits : {joint: (lower, upper)} where they differ from the robot's.
+    hand, admittance : the hand that leads the tool along the reference, and what the tool is like to it; None where
+        the task follows the reference by itself.
 
     Raises
     ------
@@ -58,7 +76,7 @@ class Scene:
 
     name: str
     summary: str
-    robot: str
+    robot: SceneRobot
     group: str
     start: tuple[float, ...]
     constraints: ConstraintSet
@@ -69,12 +87,14 @@ class Scene:
     eta: float | Mapping[str, float] = 0.5
     limit_eta: float = 5.0
     limits: Mapping[str, tuple[float, float]] = field(default_factory=dict)
+    hand: Guide | None = None
+    admittance: JointParameters | None = None
     arms: tuple[str, ...] = ()
     coordination: str = "central"
 
     def __post_init__(self) -> None:
         check_name(self.name)
-        known("robot", self.robot, robots.names())
+        entry_of(self.robot)
         start = array(self.start, (None,), f"start of scene {self.name}")
         object.__setattr__(self, "start", tuple(start.tolist()))
         for what in ("period", "duration", "limit_eta"):
@@ -84,12 +104,12 @@ class Scene:
             if constraint:
                 known("constraint", constraint, self.constraints.names)
             number(gain, f"eta of scene {self.name}", positive=True)
-        for joint, (lower, upper) in self.limits.items():
-            if not lower < upper:
-                raise InputError(
-                    f"limits of {joint} in scene {self.name}: expected lower < upper, got {lower}, {upper}"
-                )
+        check_limits(self.limits, self.name)
+        if (self.hand is None) != (self.admittance is None):
+            raise InputError(f"scene {self.name}: hand and admittance go together, got one of them")
         self._check_tasks()
+        if self.hand is not None and len(self.tasks) > 1:
+            raise InputError(f"scene {self.name}: expected one task where a hand leads, got {len(self.tasks)}")
 
     @property
     def tasks(self) -> tuple[PoseTask, ...]:
@@ -121,11 +141,8 @@ class Scene:
 
     def build_robot(self) -> Robot:
         """The robot with the scene's limits; raises where the scene does not fit it."""
-        robot = robots[self.robot].build()
-        if self.limits:
-            lower = {joint: limit[0] for joint, limit in self.limits.items()}
-            upper = {joint: limit[1] for joint, limit in self.limits.items()}
-            robot = robot.with_limits(lower=lower, upper=upper)
+        robot = entry_of(self.robot).build()
+        robot = with_ranges(robot, self.limits)
         known("joint group", self.group, robot.groups)
         joints = [int(i) for arm in self.arms for i in robot.group(arm)]
         if self.arms and sorted(joints) != sorted(robot.group(self.group)):
@@ -135,6 +152,10 @@ class Scene:
             )
         array(self.start, (robot.n,), f'start of scene {self.name} for robot "{self.robot}"')
         return robot
+
+    def located(self, folder: Path) -> Self:
+        """The scene with whole paths of the files that it names, from a folder where it does not say from where."""
+        return replace(self, robot=self.robot.located(folder)) if isinstance(self.robot, OwnRobot) else self
 
     def with_changes(self, **changes: Any) -> Self:
         """The scene with other values of some attributes."""

@@ -7,21 +7,15 @@ import numpy as np
 from numpy.typing import ArrayLike
 from pydantic import AfterValidator, Field, PlainValidator, TypeAdapter, ValidationInfo
 
+from primitives.constraint import ConstraintSet
 from primitives.errors import InputError
-from primitives.files.fields import (
-    Numbers,
-    Positive,
-    Text,
-    Vector,
-    check_text,
-    list_of,
-    one_of,
-    one_or_list_of,
-    refers_to,
-)
-from primitives.files.model import FileModel, show
-from primitives.spec import ConstraintsField, constraints_data
-from scenarios.robots import robots
+from primitives.files.fields import Numbers, Positive, Text, check_text, list_of, one_of, one_or_list_of, refers_to
+from primitives.files.joints import Configuration, Ranges, RangesField
+from primitives.files.model import FileModel, gather, show
+from primitives.files.quantities import Period, Position, Rate, Rotation, Span
+from primitives.spec import Declared, DeclaredField, constraints_data
+from scenarios.by_hand.model import GuideModel, JointParametersField, by_hand_data
+from scenarios.own_robot_file import RobotField, robot_data
 from scenarios.scene import COORDINATIONS, Scene, check_duration, check_name
 from scenarios.trajectory import PoseTrajectory, Waypoint
 from vfi.tasks import PoseTask
@@ -35,8 +29,8 @@ def _alone(items: list[_T]) -> _T | tuple[_T, ...]:
 
 
 class _WaypointModel(FileModel):
-    position: Vector
-    rotation: Vector = Field(default=[0.0, 0.0, 0.0])
+    position: Position
+    rotation: Rotation = Field(default=[0.0, 0.0, 0.0])
 
 
 def _some(value: list[_WaypointModel]) -> list[_WaypointModel]:
@@ -47,7 +41,7 @@ def _some(value: list[_WaypointModel]) -> list[_WaypointModel]:
 
 class _ReferenceModel(FileModel):
     waypoints: Annotated[list[_WaypointModel], list_of(_WaypointModel), AfterValidator(_some)]
-    segment: Positive
+    segment: Span
 
     def build(self) -> PoseTrajectory:
         """The trajectory that is declared."""
@@ -63,44 +57,45 @@ def _weight(value: list[float]) -> list[float]:
 
 class _TaskModel(FileModel):
     frame: Annotated[Text, refers_to("frame")] | None = None
-    gain: Positive = PoseTask.gain
+    gain: Rate = PoseTask.gain
     damping: Positive = PoseTask.damping
     weight: Annotated[Numbers, AfterValidator(_weight)] = [1.0] * 8
-
-
-def _range(value: list[float]) -> list[float]:
-    if len(value) != 2 or not value[0] < value[1]:
-        raise InputError(f"expected two numbers, lower < upper, got {value[:2]} ({len(value)} numbers)")
-    return value
-
-
-def _start(value: list[float], info: ValidationInfo) -> list[float]:
-    joints = (info.context or {}).get("joint")
-    if joints is not None and len(value) != len(joints):
-        first, last = joints[0], joints[-1]
-        raise InputError(f"expected {len(joints)} numbers, one a joint from {first} to {last}, got {len(value)}")
-    return value
 
 
 def _duration(value: float, info: ValidationInfo) -> float:
     return check_duration(value, info.data["period"]) if "period" in info.data else value
 
 
-Start = Annotated[Numbers, AfterValidator(_start)]
-"""A number a joint, where the robot is known."""
-Duration = Annotated[Positive, AfterValidator(_duration)]
+Duration = Annotated[Span, AfterValidator(_duration)]
 """Not too many of the periods that stand before it."""
 
-_GAIN = TypeAdapter(Positive)
-_GAINS = TypeAdapter(dict[Annotated[str, refers_to("constraint", "")], Positive])
+_GAIN = TypeAdapter(Rate)
+_GAINS = TypeAdapter(dict[Annotated[str, refers_to("constraint", "")], Rate])
 
 
 def _eta(value: Any, info: ValidationInfo) -> float | Mapping[str, float]:
     if isinstance(value, dict):
         return _GAINS.validate_python(value, strict=True, context=info.context)
-    if isinstance(value, str | list | None):
+    if isinstance(value, list | None):
         raise InputError(f'expected a number, or a number a constraint with "" for the others, got {show(value)}')
     return _GAIN.validate_python(value, strict=True)
+
+
+def _limits(value: Ranges, info: ValidationInfo) -> Ranges:
+    declared = info.data["constraints"].limits if "constraints" in info.data else {}
+    gather(
+        None, [((joint,), "joint_limits among the constraints limit it too") for joint in value if joint in declared]
+    )
+    return value
+
+
+LimitsField = Annotated[RangesField, AfterValidator(_limits)]
+"""Ranges of joints that the constraints before it do not limit."""
+
+
+def chosen(declared: Declared, enforce: list[str] | None) -> ConstraintSet:
+    """The constraints, of which those named are enforced; as they are declared where no list is given."""
+    return declared.constraints if enforce is None else declared.constraints.enforcing(enforce)
 
 
 class SceneModel(FileModel):
@@ -108,22 +103,22 @@ class SceneModel(FileModel):
 
     name: Annotated[Text, AfterValidator(check_name)]
     summary: Text
-    robot: Annotated[str, one_of("robot", robots.names)]
+    robot: RobotField
     group: Annotated[Text, refers_to("joint group")]
-    start: Start
-    constraints: ConstraintsField
+    start: Configuration
+    constraints: DeclaredField
     enforce: list[Annotated[str, refers_to("constraint")]] | None = None
     task: Annotated[list[_TaskModel], one_or_list_of(_TaskModel)]
     reference: Annotated[list[_ReferenceModel], one_or_list_of(_ReferenceModel)]
     arms: list[Annotated[str, refers_to("joint group")]] = Field(default_factory=list)
     coordination: Annotated[str, one_of("coordination", lambda: COORDINATIONS)] = Scene.coordination
-    period: Positive
+    period: Period
     duration: Duration
     eta: Annotated[float | Mapping[str, float], PlainValidator(_eta)] = Scene.eta
-    limit_eta: Positive = Scene.limit_eta
-    limits: dict[Annotated[str, refers_to("joint")], Annotated[Numbers, AfterValidator(_range)]] = Field(
-        default_factory=dict
-    )
+    limit_eta: Rate = Scene.limit_eta
+    limits: LimitsField = Field(default_factory=dict)
+    hand: GuideModel | None = None
+    admittance: JointParametersField | None = None
 
     def build(self) -> Scene:
         """The scene that the file declares; raises InputError."""
@@ -133,14 +128,16 @@ class SceneModel(FileModel):
             robot=self.robot,
             group=self.group,
             start=tuple(self.start),
-            constraints=self.constraints if self.enforce is None else self.constraints.enforcing(self.enforce),
+            constraints=chosen(self.constraints, self.enforce),
             task=_alone([PoseTask(t.frame, t.gain, t.damping, tuple(t.weight)) for t in self.task]),
             reference=_alone([reference.build() for reference in self.reference]),
             period=self.period,
             duration=self.duration,
             eta=self.eta,
             limit_eta=self.limit_eta,
-            limits={joint: (low, high) for joint, (low, high) in self.limits.items()},
+            limits=self.constraints.limits | self.limits,
+            hand=self.hand.build() if self.hand is not None else None,
+            admittance=self.admittance,
             arms=tuple(self.arms),
             coordination=self.coordination,
         )
@@ -152,7 +149,7 @@ def scene_data(scene: Scene) -> dict[str, Any]:
     return {
         "name": scene.name,
         "summary": check_text(scene.summary),
-        "robot": scene.robot,
+        "robot": robot_data(scene.robot),
         "group": check_text(scene.group),
         "start": _floats(scene.start),
         "constraints": constraints_data(scene.constraints),
@@ -167,6 +164,7 @@ def scene_data(scene: Scene) -> dict[str, Any]:
         "eta": {name: float(gain) for name, gain in eta.items()} if isinstance(eta, Mapping) else float(eta),
         "limit_eta": float(scene.limit_eta),
         "limits": {joint: _floats(limit) for joint, limit in scene.limits.items()},
+        **(by_hand_data(scene.hand, scene.admittance) if scene.hand and scene.admittance else {}),
         **({"arms": [check_text(arm) for arm in scene.arms], "coordination": scene.coordination} if scene.arms else {}),
     }
 

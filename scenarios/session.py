@@ -20,10 +20,13 @@ from scenarios.scene_file import load_any
 from vfi.backends import solvers
 
 ALL = "all"
-OF_HANDS_ON = ("plant", "enforcement", "metric", "integrator", "form", "organ", "vessels", "unit", "fill_gaps")
-"""Choices that scenes which follow a trajectory do not heed."""
-OF_TRAJECTORIES = ("solver", "coordination")
-"""Choices that hands-on scenes do not heed."""
+FOLLOWING, BY_HAND, HANDS_ON = "that follow a trajectory", "that follow a trajectory by hand", "led by a hand"
+HEEDED = {
+    FOLLOWING: ("solver", "coordination"),
+    BY_HAND: ("enforcement",),
+    HANDS_ON: ("plant", "enforcement", "metric", "integrator", "form", "organ", "vessels", "unit", "fill_gaps"),
+}
+"""Choices that not all kinds of scene heed, by the kind that does."""
 
 
 @dataclass(frozen=True)
@@ -105,14 +108,22 @@ def _coordinated(scene: Scene, names: str | None) -> list[Scene]:
     return [scene.with_changes(coordination=name) for name in listed]
 
 
-def _check_heeded(choices: Choices, follow: Set[bool]) -> None:
-    """Refuse an option that changes nothing; follow holds for each kind of scene whether it follows a trajectory."""
-    given = [name for name in OF_HANDS_ON + OF_TRAJECTORIES if getattr(choices, name) != getattr(Choices, name)]
+def _kind(scene: object) -> str:
+    if not isinstance(scene, Scene):
+        return HANDS_ON
+    return FOLLOWING if scene.hand is None else BY_HAND
+
+
+def _check_heeded(choices: Choices, kinds: Set[str]) -> None:
+    """Refuse an option that changes nothing in any of these kinds of scene."""
+    every = dict.fromkeys(name for names in HEEDED.values() for name in names)
+    given = [name for name in every if getattr(choices, name) != getattr(Choices, name)]
     if not choices.organ and not choices.vessels and (lost := [n for n in given if n in ("unit", "fill_gaps")]):
         raise InputError(f"{_spelt(lost[0])}: it says something of files; name them with --organ or --vessels")
-    for names, kind in ((OF_HANDS_ON, "led by a hand"), (OF_TRAJECTORIES, "that follow a trajectory")):
-        if follow == {names is OF_HANDS_ON} and (lost := [name for name in given if name in names]):
-            raise InputError(f"{_spelt(lost[0])}: it is for scenes {kind}, and none of these is one; see `vfi list`")
+    for name in given:
+        if kinds and not any(name in HEEDED[kind] for kind in kinds):
+            fit = " or ".join(kind for kind, names in HEEDED.items() if name in names)
+            raise InputError(f"{_spelt(name)}: it is for scenes {fit}, and none of these is one; see `vfi list`")
 
 
 def _spelt(name: str) -> str:
@@ -133,10 +144,14 @@ def prepare(scenes: Sequence[str], choices: Choices) -> list[Job]:
     for name in names:
         if names.count(name) > 1:
             raise InputError(f'scene "{name}" was named twice; its trace would be overwritten')
-    _check_heeded(choices, {isinstance(scene, Scene) for scene in loaded})
+    _check_heeded(choices, {_kind(scene) for scene in loaded})
     jobs: list[Job] = []
     for scene in loaded:
-        if isinstance(scene, Scene):
+        if isinstance(scene, Scene) and scene.hand is not None:
+            from scenarios.by_hand.job import by_hand_job
+
+            jobs.append(by_hand_job(_fit(scene, choices.robot), choices))
+        elif isinstance(scene, Scene):
             jobs += _trajectory(_fit(scene, choices.robot), choices)
         else:
             from scenarios.hands_on.job import hands_on_job
@@ -181,7 +196,7 @@ def write_results(
     table = out / "summary.json"
     table.write_text(json.dumps(list(results), indent=2) + "\n", encoding="utf-8")
     pairs = list(zip(jobs, traces, strict=True))
-    together = [trace for job, trace in pairs if isinstance(job, TrajectoryJob)]
+    together = [trace for job, trace in pairs if isinstance(job.scene, Scene)]
     figures = draw_all(together, out) if together else []
     for job, trace in pairs:
         figures += job.draw(trace, out)

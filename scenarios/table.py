@@ -7,6 +7,7 @@ from typing import Any
 from rich.console import Console
 
 from scenarios.analysis.trace import labels
+from scenarios.by_hand_table import print_hand
 from scenarios.hands_on_table import print_hands_on
 from scenarios.plain_table import plain_table
 
@@ -34,24 +35,27 @@ def console_for_tables() -> Console:
 def print_results(results: Sequence[dict[str, Any]], files: Sequence[Path] = ()) -> None:
     """Print what came of runs, a table for each kind of scene, and the files that were written."""
     console = console_for_tables()
-    followed, led = [r for r in results if "plant" not in r], [r for r in results if "plant" in r]
-    if followed:
-        _print_margins(followed, console)
+    led = [r for r in results if "plant" in r]
+    by_hand = [r for r in results if r not in led and "hand_work_J" in r]
+    if followed := [r for r in results if r not in led and r not in by_hand]:
+        _print_margins(followed, console, ", ".join(dict.fromkeys(r["solver"] for r in followed)))
+    if by_hand:
+        _print_margins(by_hand, console, f"by hand, {by_hand[0]['enforcement']}")
+        print_hand(by_hand, console)
     if led:
         print_hands_on(led, console, SHOWN)
     for file in files:
         console.print(f"  {file}", highlight=False)
 
 
-def _print_margins(results: Sequence[dict[str, Any]], console: Console) -> None:
+def _print_margins(results: Sequence[dict[str, Any]], console: Console, how: str) -> None:
     """Of each run the smallest margin of every constraint, the violated ones marked, and what it took.
 
     A row is a run; where there are many constraints a column is.
     """
     names = list(dict.fromkeys(n for r in results for key in ("min_margin_m", "min_margin_rad") for n in r[key]))
     first = results[0]
-    used = ", ".join(dict.fromkeys(r["solver"] for r in results))
-    title = f"smallest margins in mm: {used}, T = {first['period_s'] * 1e3:g} ms, guard {first['guard']}"
+    title = f"smallest margins in mm: {how}, T = {first['period_s'] * 1e3:g} ms, guard {first['guard']}"
     caption = (
         "x: violated; infeas., guard: cycles; row: largest shortfall of an answer before verification, per s; "
         "error: largest |vec8(x - x_d)|; acc.: rms of the joints' acceleration over the last 2 s, all: over all; "

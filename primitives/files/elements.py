@@ -1,7 +1,7 @@
 """How an element stands in a file.
 
-A `kind` (point, line, plane, segment or cloud) with its geometry, metres, in the coordinates of what it is
-attached to: a robot's `frame`, a moving `entity`, or the world where neither is given.
+A `kind` (point, line, plane, segment or cloud) with its geometry, metres or texts with units, in the coordinates of
+what it is attached to: a robot's `frame`, a moving `entity`, or the world where neither is given.
 
     point    position
     line     point (default: the origin), direction (default: z), of any length but zero
@@ -16,12 +16,13 @@ from math import hypot
 from typing import Annotated, Any
 
 import numpy as np
-from pydantic import AfterValidator, Field, PlainValidator, ValidationInfo
+from pydantic import AfterValidator, Field, PlainValidator, ValidationInfo, WithJsonSchema
 
 from primitives.elements import WORLD, Cloud, Element, Line, Plane, Point, Segment
 from primitives.errors import InputError, UnknownNameError
 from primitives.files.fields import Numbers, Text, Vector, check_text, refers_to
 from primitives.files.model import FileModel, problem_at, show
+from primitives.files.quantities import Length, Position
 
 
 def _direction(value: list[float]) -> list[float]:
@@ -44,14 +45,14 @@ class _Attached(FileModel):
 
 
 class _Point(_Attached):
-    position: Vector
+    position: Position
 
     def build(self) -> Element:
         return Point.at(self.position, frame=self.frame, entity=self.entity)
 
 
 class _Line(_Attached):
-    point: Vector = Field(default=[0.0, 0.0, 0.0])
+    point: Position = Field(default=[0.0, 0.0, 0.0])
     direction: Direction = Field(default=[0.0, 0.0, 1.0])
 
     def build(self) -> Element:
@@ -59,7 +60,7 @@ class _Line(_Attached):
 
 
 class _Plane(_Attached):
-    point: Vector
+    point: Position
     normal: Direction
 
     def build(self) -> Element:
@@ -67,8 +68,8 @@ class _Plane(_Attached):
 
 
 class _Segment(_Attached):
-    start: Vector
-    end: Vector
+    start: Position
+    end: Position
 
     def build(self) -> Element:
         _direction((np.array(self.end) - self.start).tolist())
@@ -84,7 +85,7 @@ class _Cloud(_Attached):
 
 class _Exact(_Attached):
     dual_quaternion: Numbers
-    length: float = 0.0
+    length: Length = 0.0
     cloud: Annotated[Text, refers_to("cloud")] | None = None
 
     def build(self) -> Element:
@@ -105,7 +106,8 @@ _SHAPES: dict[str, type[_Attached]] = {
 _ELEMENTS: dict[str, type[Element]] = {e.kind: e for e in (Point, Line, Plane, Segment, Cloud)}
 
 
-def _element(data: Any, info: ValidationInfo) -> Element:
+def element_from(data: Any, info: ValidationInfo) -> Element:
+    """The element that plain data declares, as a validator; raises InputError and ValidationError."""
     if not isinstance(data, dict):
         raise InputError(f"expected keys and values, e.g. {{kind: line, frame: ...}}, got {show(data)}")
     kind = data.get("kind")
@@ -118,7 +120,7 @@ def _element(data: Any, info: ValidationInfo) -> Element:
         return model.model_validate(data, context=info.context).build()
 
 
-ElementField = Annotated[Element, PlainValidator(_element)]
+ElementField = Annotated[Element, PlainValidator(element_from), WithJsonSchema({"$ref": "#/$defs/element"})]
 """An element in a file; the names given to `validate` as "frame" are the frames it may refer to."""
 
 

@@ -57,7 +57,8 @@ def check_text(text: str) -> str:
     return text
 
 
-def _three(value: list[float]) -> list[float]:
+def three(value: list[float]) -> list[float]:
+    """Three numbers; raises InputError."""
     if len(value) != 3:
         raise InputError(f"expected 3 numbers (x, y, z), got {len(value)}")
     return value
@@ -65,7 +66,7 @@ def _three(value: list[float]) -> list[float]:
 
 Text = Annotated[str, AfterValidator(check_text)]
 Numbers = list[float]
-Vector = Annotated[Numbers, AfterValidator(_three)]
+Vector = Annotated[Numbers, AfterValidator(three)]
 Positive = Annotated[float, Field(gt=0.0)]
 
 

@@ -87,7 +87,7 @@ def _in_words(told: Mapping[str, Any]) -> str:
     if kind == "string_type" and isinstance(got, int | float):
         return f"expected text, got {show(got)}; put it in quotes"
     if kind == "float_type" and isinstance(got, str):
-        return f"expected a number, got {show(got)}; write SI units, without their names"
+        return f"expected a number, got {show(got)}; it has no unit"
     return f"expected {_EXPECTED[kind]}, got {show(got)}" if kind in _EXPECTED else f"{detail['msg']}, got {show(got)}"
 
 

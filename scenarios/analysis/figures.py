@@ -26,11 +26,11 @@ POINTS = 2000
 """Points that a line is thinned to; its smallest and largest values are kept."""
 
 
-def thin(values: Array) -> np.ndarray:
-    """Indices of at most about POINTS samples, those of the extremes of each stretch among them."""
-    if len(values) <= POINTS:
+def thin(values: Array, most: int = POINTS) -> np.ndarray:
+    """Indices of at most about that many samples, those of the extremes of each stretch among them."""
+    if len(values) <= most:
         return np.arange(len(values))
-    edges = np.linspace(0, len(values), POINTS // 2 + 1).astype(int)
+    edges = np.linspace(0, len(values), most // 2 + 1).astype(int)
     picks = [a + f(values[a:b]) for a, b in pairwise(edges) if b > a for f in (np.argmin, np.argmax)]
     return np.unique([0, *picks, len(values) - 1])
 

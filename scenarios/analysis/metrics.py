@@ -49,7 +49,7 @@ def positions(poses: Array) -> Array:
 
 
 def summary(trace: Trace) -> dict[str, Any]:
-    """What `vfi run --json` prints of a run; the keys are documented in docs/scenes.md."""
+    """What `vfi run --json` prints of a run; the keys are documented in docs/metrics.md."""
     header, names = trace.header, trace.header["constraints"]
     smallest = {name: float(trace.margin(name).min()) for name in names}
     times = trace["cycle_us"]

@@ -160,16 +160,14 @@ def enforce(
         )
     admittance = scene.build(robot, parts, **_changes(enforcement, scene))
     if not by_rows and mode == "off":
-        return admittance, Measured(admittance, _controller(scene, robot, parts, 0.0, VelocityTask(), "off"))
+        watched = scene.constraints.enforcing([])
+        return admittance, Measured(admittance, _controller(scene, robot, parts, watched, VelocityTask(), "off", 1.0))
     task = ProjectionTask(len(admittance.joints) - 2)
     if by_rows:
-        controller = _controller(scene, robot, parts, _margin(enforcement, scene), task, mode, ETA_T)
+        controller = _controller(scene, robot, parts, kept_farther(scene, enforcement == "both"), task, mode, ETA_T)
         return admittance, Projected(admittance, controller, metric)
-    return admittance, Guarded(admittance, _controller(scene, robot, parts, ROUNDING, task, "act", 1.0), mode == "act")
-
-
-def _margin(enforcement: str, scene: HandsOnScene) -> float:
-    return SHARE * scene.parameters.d_0 if enforcement == "both" else ROUNDING
+    controller = _controller(scene, robot, parts, kept_farther(scene, False), task, "act", 1.0)
+    return admittance, Guarded(admittance, controller, mode == "act")
 
 
 def _changes(enforcement: str, scene: HandsOnScene) -> dict[str, Any]:
@@ -179,38 +177,46 @@ def _changes(enforcement: str, scene: HandsOnScene) -> dict[str, Any]:
     if enforcement == "both":
         return {
             "parameters": replace(scene.parameters, implicit_damping=True),
-            "linear_below": _margin(enforcement, scene),
+            "linear_below": SHARE * scene.parameters.d_0,
             "implicit_stiffness": True,
         }
     implicit = scene.parameters.implicit_damping or enforcement == "vfi"
-    return {"parameters": replace(scene.parameters, k=0.0, implicit_damping=implicit), "regions": ()}
+    alone = {"regions": (), "constraints": ConstraintSet()}
+    return {"parameters": replace(scene.parameters, k=0.0, implicit_damping=implicit), **alone}
 
 
 def _controller(
     scene: HandsOnScene,
     robot: Robot,
     parts: Mapping[str, Part],
-    margin: float,
+    constraints: ConstraintSet,
     task: VelocityTask | ProjectionTask,
     guard: str,
-    eta_t: float | None = None,
+    eta_t: float,
 ) -> Controller:
-    """The controller beside an admittance; without eta T it enforces nothing."""
+    """The controller beside an admittance."""
     return Controller(
         robot,
-        scene.constraints.enforcing([]) if eta_t is None else kept_farther(scene.constraints, margin),
+        constraints,
         task,
         period=scene.period,
         group=scene.group,
-        eta=(eta_t or 1.0) / scene.period,
+        eta=eta_t / scene.period,
         clouds={name: part.cloud for name, part in parts.items()},
         reach=scene.parameters.d_0 + REACH,
         guard=guard,
     )
 
 
-def kept_farther(constraints: ConstraintSet, margin: float) -> ConstraintSet:
-    """The same set with every enforced cloud kept out by so much more, metres."""
-    return ConstraintSet(
-        replace(c, safe_distance=c.safe_distance + margin) if c.is_cloud and c.enforced else c for c in constraints
-    )
+def kept_farther(scene: HandsOnScene, share: bool) -> ConstraintSet:
+    """The scene's constraints, each kept a little before it is due: a share of the potential's range, or `ROUNDING`.
+
+    Where potentials act too, a margin of zero is where they are infinite; clouds are kept off for rounding alone.
+    """
+    out = []
+    for c in scene.constraints:
+        range_ = scene.parameters.d_0_angle if c.definition.unit == "rad" else scene.parameters.d_0
+        margin = SHARE * range_ if share else ROUNDING if c.is_cloud else 0.0
+        farther = c.safe_distance + (margin if c.keep == "outside" else -margin)
+        out.append(replace(c, safe_distance=max(farther, 0.0)) if c.enforced else c)
+    return ConstraintSet(out)

@@ -32,6 +32,7 @@ class HandsOnJob:
     file: Path | None
     guard: str | None = None
     metric: str = "free"
+    """Both: see `scenarios.hands_on.enforcement.enforce`."""
 
     @property
     def label(self) -> str:
@@ -43,9 +44,9 @@ class HandsOnJob:
         """The anatomy, built once."""
         return build_parts(self.scene.anatomy, np.array(self.scene.port))
 
-    def with_seed(self, seed: int) -> "HandsOnJob":
-        """The same run with another seed, in the same anatomy."""
-        other = replace(self, seed=seed)
+    def with_changes(self, **changes: Any) -> "HandsOnJob":
+        """The same run in the same anatomy with another seed, guard or file."""
+        other = replace(self, **changes)
         other.__dict__["parts"] = self.parts
         return other
 
@@ -103,11 +104,12 @@ def hands_on_job(scene: HandsOnScene, choices: Choices, like: HandsOnJob | None 
                 way = f"give --{name} too" if name in ("organ", "vessels") else "files have an organ and vessels only"
                 raise InputError(f'scene "{scene.name}" is about its part "{name}", not among the files; {way}')
         scene = scene.with_changes(anatomy=anatomy, hand=scene.hand_on_files or scene.hand)
-    chosen = (choices.enforcement, "admittance"), (choices.guard, None), (choices.metric, "free")
+    enforcement = choices.enforcement or "admittance"
+    chosen = (enforcement, "admittance"), (choices.guard, None), (choices.metric, "free")
     suffix = "".join(f"-{value}" for value, default in chosen if value != default)
     stem = f"{scene.name}-{scene.robot}-{choices.plant}{suffix}"
     file = choices.out / f"{stem}.mcap" if choices.out is not None else None
-    job = HandsOnJob(scene, choices.plant, choices.enforcement, choices.seed, file, choices.guard, choices.metric)
+    job = HandsOnJob(scene, choices.plant, enforcement, choices.seed, file, choices.guard, choices.metric)
     if like is not None:
         job.__dict__["parts"] = like.parts
     job.check()

@@ -15,8 +15,8 @@ from primitives.robot import Robot
 from scenarios.hands_on.parts import AnatomySource, Part, placed_cloud
 from scenarios.hands_on.pull import Pull
 from scenarios.hands_on.push import Push
-from scenarios.robots import robots
-from scenarios.scene import check_duration, check_name
+from scenarios.own_robot import OwnRobot, SceneRobot, entry_of
+from scenarios.scene import check_duration, check_limits, check_name, with_ranges
 
 
 def _in(folder: Path, file: str) -> str:
@@ -30,7 +30,8 @@ class HandsOnScene:
     Attributes
     ----------
     name, summary : shown to people.
-    robot, group, start : a registered robot, the joints that move, and (n,) the first configuration, rad and m.
+    robot, group, start : a registered robot or an `OwnRobot`, the joints that move, and (n,) the first configuration,
+        rad and m.
     shaft : frame whose z axis is the shaft and whose origin is its end, p_t.
     port : (3,) p_c, world, metres. port_radius : clear radius of the ring that it is in a plant with contact, metres.
     parameters : of the target admittance.
@@ -41,6 +42,7 @@ class HandsOnScene:
         a scene cannot know; None for the same.
     anatomy : see `AnatomySource`; None where nothing lies under the port.
     period : T, seconds. duration : seconds.
+    limits : {joint: (lower, upper)} where they differ from the robot's.
 
     Raises
     ------
@@ -49,7 +51,7 @@ class HandsOnScene:
 
     name: str
     summary: str
-    robot: str
+    robot: SceneRobot
     start: tuple[float, ...]
     port: tuple[float, float, float]
     constraints: ConstraintSet
@@ -64,15 +66,17 @@ class HandsOnScene:
     parameters: Parameters = field(default=TABLE_1)
     form: str = "reduced"
     integrator: str = "semi-implicit"
+    limits: Mapping[str, tuple[float, float]] = field(default_factory=dict)
 
     def __post_init__(self) -> None:
         check_name(self.name)
-        known("robot", self.robot, robots.names())
+        entry_of(self.robot)
         object.__setattr__(self, "start", tuple(array(self.start, (None,), f"start of scene {self.name}").tolist()))
         object.__setattr__(self, "port", tuple(array(self.port, (3,), f"port of scene {self.name}").tolist()))
         for what in ("period", "duration", "port_radius"):
             number(getattr(self, what), f"{what} of scene {self.name}", positive=True)
         check_duration(self.duration, self.period)
+        check_limits(self.limits, self.name)
         object.__setattr__(self, "constraints", ConstraintSet(self.constraints))
         for constraint in self.constraints:
             if isinstance(constraint.second, Cloud):
@@ -101,15 +105,16 @@ class HandsOnScene:
         hand, other = (
             replace(h, file=_in(folder, h.file)) if isinstance(h, Push) else h for h in (self.hand, self.hand_on_files)
         )
-        return replace(self, anatomy=anatomy, hand=hand or self.hand, hand_on_files=other)
+        robot = self.robot.located(folder) if isinstance(self.robot, OwnRobot) else self.robot
+        return replace(self, robot=robot, anatomy=anatomy, hand=hand or self.hand, hand_on_files=other)
 
     def with_changes(self, **changes: Any) -> Self:
         """The scene with other values of some attributes."""
         return replace(self, **changes)
 
     def build_robot(self) -> Robot:
-        """The robot; raises where the scene does not fit it."""
-        robot = robots[self.robot].build()
+        """The robot with the scene's limits; raises where the scene does not fit it."""
+        robot = with_ranges(entry_of(self.robot).build(), self.limits)
         known("joint group", self.group, robot.groups)
         known("frame", self.shaft, robot.frames)
         for frame in {e.frame for c in self.constraints for e in (c.first, c.second)}:
@@ -118,7 +123,7 @@ class HandsOnScene:
         return robot
 
     def build(self, robot: Robot, parts: Mapping[str, Part], **changes: Any) -> Admittance:
-        """The admittance at the start, kept out of the scene's regions; constraints of other pairs are not its affair.
+        """The admittance at the start, which the scene's constraints repel: those on clouds as regions.
 
         Parameters
         ----------
@@ -140,6 +145,7 @@ class HandsOnScene:
             "parameters": self.parameters,
             "period": self.period,
             "regions": regions,
+            "constraints": ConstraintSet(c for c in self.constraints if not c.is_cloud),
             "form": self.form,
             "integrator": self.integrator,
             "group": self.group,

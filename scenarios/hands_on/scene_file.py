@@ -7,31 +7,46 @@ from pydantic import AfterValidator, Field, PlainValidator, create_model, model_
 
 from admittance import NEURO8, TABLE_1, Parameters
 from primitives.errors import InputError, UnknownNameError
-from primitives.files.fields import Numbers, Positive, Text, Vector, check_text, list_of, one_of, refers_to
+from primitives.files.fields import Numbers, Text, check_text, list_of, one_of, refers_to
+from primitives.files.joints import Configuration
 from primitives.files.model import FileModel, gather, show
+from primitives.files.quantities import (
+    Angle,
+    Forces,
+    Length,
+    Moment,
+    NotNegative,
+    Period,
+    Position,
+    PositiveAngle,
+    PositiveForce,
+    PositiveLength,
+    SomeForce,
+    Torques,
+    of,
+)
 from primitives.files.yaml_file import write
 from primitives.point_cloud import Gaps
-from primitives.spec import ConstraintsField, constraints_data
+from primitives.spec import DeclaredField, constraints_data
 from primitives.units import METRES
 from scenarios.hands_on.parts import KINDS, AnatomySource
 from scenarios.hands_on.pull import WAYS, Pull, Waypoint
 from scenarios.hands_on.push import Push
 from scenarios.hands_on.scene import HandsOnScene
-from scenarios.robots import robots
+from scenarios.own_robot_file import RobotField, robot_data
 from scenarios.scene import check_name
-from scenarios.scene_model import Duration, Start
+from scenarios.scene_model import Duration, LimitsField, chosen
 
 PARAMETERS = {"table-1": TABLE_1, "neuro8": NEURO8}
 """Sets of parameters that a file can begin from."""
-NotNegative = Annotated[float, Field(ge=0.0)]
 
 
 class _WaypointModel(FileModel):
-    t: NotNegative
-    to: Vector | None = None
+    t: Moment
+    to: Position | None = None
     into: Text | None = None
     across: Text | None = None
-    beyond: float = 0.0
+    beyond: Length = 0.0
 
     @model_validator(mode="after")
     def _fits(self) -> Self:
@@ -47,9 +62,9 @@ class _WaypointModel(FileModel):
 
 
 class _WrenchModel(FileModel):
-    t: NotNegative
-    force: Vector = Field(default=[0.0, 0.0, 0.0])
-    torque: Vector = Field(default=[0.0, 0.0, 0.0])
+    t: Moment
+    force: Forces = Field(default=[0.0, 0.0, 0.0])
+    torque: Torques = Field(default=[0.0, 0.0, 0.0])
 
 
 _PULLS = ("stiffness", "damping", "most", "delay")
@@ -63,12 +78,12 @@ class _HandModel(FileModel):
     waypoints: Annotated[list[_WaypointModel], list_of(_WaypointModel)] | None = None
     wrenches: Annotated[list[_WrenchModel], list_of(_WrenchModel)] | None = None
     record: Text | None = None
-    stiffness: NotNegative = Pull.stiffness
-    damping: NotNegative = Pull.damping
-    most: Positive = Pull.most
-    delay: NotNegative = Pull.delay
+    stiffness: Annotated[NotNegative, of("a stiffness")] = Pull.stiffness
+    damping: Annotated[NotNegative, of("a damping")] = Pull.damping
+    most: PositiveForce = Pull.most
+    delay: Moment = Pull.delay
     interpolate: bool = Push.interpolate
-    tremor: NotNegative = Pull.tremor
+    tremor: SomeForce = Pull.tremor
 
     @model_validator(mode="after")
     def _fits(self) -> Self:
@@ -115,15 +130,15 @@ def _hand_data(hand: Pull | Push) -> dict[str, Any]:
 
 class _AnatomyModel(FileModel):
     kind: Annotated[str, one_of("kind of anatomy", lambda: KINDS)]
-    cover: dict[str, Positive]
-    at: Vector = Field(default=[0.0, 0.0, 0.0])
-    turn: float = AnatomySource.turn
-    radius: Positive = AnatomySource.radius
-    opening: Positive = AnatomySource.opening
+    cover: dict[str, PositiveLength]
+    at: Position = Field(default=[0.0, 0.0, 0.0])
+    turn: Angle = AnatomySource.turn
+    radius: PositiveLength = AnatomySource.radius
+    opening: PositiveAngle = AnatomySource.opening
     organ: str = AnatomySource.organ
     vessels: str = AnatomySource.vessels
     unit: Annotated[str, one_of("unit of length", lambda: METRES)] = AnatomySource.unit
-    depth: Positive = AnatomySource.depth
+    depth: PositiveLength = AnatomySource.depth
     gaps: Annotated[Gaps, one_of("way to treat gaps", lambda: get_args(Gaps))] = AnatomySource.gaps
 
     @model_validator(mode="after")
@@ -137,6 +152,9 @@ class _AnatomyModel(FileModel):
 
 _FIELDS: dict[str, Any] = {
     **{f.name: (Numbers if isinstance(f.default, tuple) else float, f.default) for f in fields(Parameters)},
+    **{name: (Length, getattr(TABLE_1, name)) for name in ("d_0", "shaft_length")},
+    **{name: (Annotated[float, of("a rate")], getattr(TABLE_1, name)) for name in ("alpha", "beta", "port_gain")},
+    "k": (Annotated[float, of("an energy")], TABLE_1.k),
     "W": (Any, TABLE_1.W),
     "implicit_damping": (bool, TABLE_1.implicit_damping),
     "set": (Annotated[str, one_of("set of parameters", lambda: PARAMETERS)], "table-1"),
@@ -168,24 +186,25 @@ class HandsOnModel(FileModel):
 
     name: Annotated[Text, AfterValidator(check_name)]
     summary: Text
-    robot: Annotated[str, one_of("robot", robots.names)]
+    robot: RobotField
     group: Annotated[Text, refers_to("joint group")] = "all"
     shaft: Annotated[Text, refers_to("frame")] = "tip"
-    start: Start
-    port: Vector
-    port_radius: Positive = HandsOnScene.port_radius
+    start: Configuration
+    port: Position
+    port_radius: PositiveLength = HandsOnScene.port_radius
     parameters: Annotated[Parameters, PlainValidator(_parameters)] = TABLE_1
     form: Annotated[str, one_of("form", lambda: ("reduced", "full", "printed"))] = HandsOnScene.form
     integrator: Annotated[str, one_of("integrator", lambda: ("semi-implicit", "euler", "rk4", "robust"))] = (
         HandsOnScene.integrator
     )
     anatomy: _AnatomyModel | None = None
-    constraints: ConstraintsField
+    constraints: DeclaredField
     enforce: list[Annotated[str, refers_to("constraint")]] | None = None
     hand: _HandModel
     hand_on_files: _HandModel | None = None
-    period: Positive = HandsOnScene.period
+    period: Period = HandsOnScene.period
     duration: Duration
+    limits: LimitsField = Field(default_factory=dict)
 
     @model_validator(mode="after")
     def _waypoints_at_parts(self) -> Self:
@@ -206,8 +225,9 @@ class HandsOnModel(FileModel):
         other = self.hand_on_files.build() if self.hand_on_files is not None else None
         built = {
             "anatomy": self.anatomy.build() if self.anatomy is not None else None,
-            "constraints": self.constraints if self.enforce is None else self.constraints.enforcing(self.enforce),
+            "constraints": chosen(self.constraints, self.enforce),
             "hand": self.hand.build(),
+            "limits": self.constraints.limits | self.limits,
             "hand_on_files": other,
         }
         own = {name: getattr(self, name) for name in type(self).model_fields if name not in (*built, "enforce")}
@@ -220,10 +240,11 @@ def _anatomy_data(source: AnatomySource) -> dict[str, Any]:
 
 def hands_on_data(scene: HandsOnScene) -> dict[str, Any]:
     """The scene as plain data, from which `HandsOnModel` builds an equal one; raises InputError."""
-    plain = {name: getattr(scene, name) for name in ("name", "robot", "group", "shaft", "form", "integrator")}
+    plain = {name: getattr(scene, name) for name in ("name", "group", "shaft", "form", "integrator")}
     parameters = {k: list(v) if isinstance(v, tuple) else v for k, v in asdict(scene.parameters).items()}
     return {
         **plain,
+        "robot": robot_data(scene.robot),
         "summary": check_text(scene.summary),
         "start": list(scene.start),
         "port": list(scene.port),
@@ -235,6 +256,7 @@ def hands_on_data(scene: HandsOnScene) -> dict[str, Any]:
         **({"hand_on_files": _hand_data(scene.hand_on_files)} if scene.hand_on_files is not None else {}),
         "period": float(scene.period),
         "duration": float(scene.duration),
+        **({"limits": {joint: list(limit) for joint, limit in scene.limits.items()}} if scene.limits else {}),
     }
 
 

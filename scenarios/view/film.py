@@ -11,11 +11,12 @@ import numpy as np
 from primitives import dual_quaternion as dq
 from primitives.checks import Array
 from primitives.elements import WORLD
-from primitives.errors import InputError
+from primitives.errors import InputError, ModelError
 from primitives.kinematics import snapshot, world_first
 from primitives.robot import Robot
 from scenarios.analysis.metrics import VIOLATED as LEAST_MARGIN
 from scenarios.analysis.trace import Trace
+from scenarios.own_robot import ROBOT_FILES
 from scenarios.plants.assembly import bodies_beyond
 from scenarios.plants.obstacles import Cloud, Port
 from scenarios.robots import RobotEntry, robots
@@ -74,7 +75,12 @@ class Film:
 
     def __init__(self, trace: Trace, size: tuple[int, int], camera: Camera, port: Port | None, clouds: Sequence[Cloud]):
         self._trace = trace
-        entry: RobotEntry = robots[trace.header["robot"]]
+        name = trace.header["robot"]
+        if name.endswith(ROBOT_FILES):
+            raise ModelError(
+                f'robot "{name}" is the scene\'s own, without pictures; register it with its MJCF to see it'
+            )
+        entry: RobotEntry = robots[name]
         robot = entry.build()
         if len(trace.records) == 0 or list(robot.joints) != list(trace.header["joints"]):
             raise InputError(

@@ -58,6 +58,26 @@ def test_json_is_a_list_with_the_promised_keys():
     assert results[1]["violated"] == []
 
 
+def test_runs_by_hand_have_the_keys_of_a_trajectory_and_of_the_hand(tmp_path):
+    done = vfi("run", "S2-hand", "S2", "--seed", "7", "--json", "--out", tmp_path)
+    assert done.exit_code == 0, done.output
+    by_hand, along = json.loads(done.stdout)
+    assert by_hand.keys() > along.keys() >= KEYS
+    assert by_hand["violated"] == along["violated"] == ["C2", "C3", "C4"]
+    assert by_hand["seed"] == 7 and by_hand["enforcement"] == "vfi" and by_hand["guard"] == "act"
+    assert by_hand["passivity_excess_J"] <= 1e-9 and by_hand["hand_work_J"] > 0.0
+    assert {f.name for f in tmp_path.glob("*.mcap")} == {"S2.mcap", "S2-hand.mcap"}
+    assert (tmp_path / "figure3-margins.png").stat().st_size > 10_000
+
+
+def test_table_of_runs_by_hand_marks_what_is_violated():
+    done = vfi("run", "S4-hand", "--enforcement", "none", "--period", "0.01")
+    assert done.exit_code == 0, done.output
+    (row,) = [line for line in done.output.splitlines() if line.lstrip().startswith("S4-hand") and "x" in line]
+    assert row.count("x") == 4
+    assert "by hand, none" in done.output and "the hand" in done.output
+
+
 HANDS_ON_KEYS = {
     "scene",
     "robot",
@@ -252,6 +272,11 @@ def test_cite_and_version():
         (("run", "S5", "--plant", "mujoco"), ("--plant", "led by a hand")),
         (("run", "S5", "--integrator", "rk4"), ("--integrator", "led by a hand")),
         (("run", "S5", "--vessels", "no.ply"), ("--vessels", "led by a hand")),
+        (("run", "S5-hand", "--solver", "lp"), ("--solver", "that follow a trajectory,")),
+        (("run", "S5-hand", "--enforcement", "both"), ('"both"', "none, vfi")),
+        (("run", "S5-hand", "--metric", "joints"), ("--metric", "led by a hand")),
+        (("run", "S5-hand", "--robot", "neuro8"), ("neuro8", "8 joints")),
+        (("run", "S5", "--enforcement", "none"), ("--enforcement", "by hand or led by a hand")),
         (("run",), ("scenes",)),
         (("play", "S5"), ("play",)),
     ],

@@ -238,7 +238,7 @@ BROKEN = {
     "port as text": ({8: "port: left of the navel"}, [(8, 'port: expected a list, got the text "left of the navel"')]),
     "port of two": ({8: "port: [0, 0]"}, [(8, "port: expected 3 numbers (x, y, z), got 2")]),
     "port missing": ({8: None}, [(1, 'missing key "port"; needed here: name, summary, robot, start, port')]),
-    "port radius": ({9: "port_radius: 5 mm"}, [(9, "write SI units, without their names")]),
+    "port radius": ({9: "port_radius: 5 deg"}, [(9, 'got the text "5 deg", an angle')]),
     "unknown set": (
         {10: "parameters: table-2"},
         [(10, 'parameters.set: unknown set of parameters "table-2". Did you mean "table-1"?')],
@@ -249,7 +249,7 @@ BROKEN = {
         {10: "parameters: {set: table-1, inertias: 1}"},
         [(10, 'parameters: unknown key "inertias". Did you mean "inertia"?')],
     ),
-    "parameter as text": ({10: 'parameters: {k: "1e-3"}'}, [(10, "parameters.k: expected a number, got the text")]),
+    "parameter as text": ({10: 'parameters: {k: "1e-3"}'}, [(10, "parameters.k: expected an energy: a number in J")]),
     "parameter as nothing": ({10: "parameters: {k: }"}, [(10, "parameters.k: expected a number, got nothing")]),
     "parameter out of range": ({10: "parameters:\n  k: 0.1\n  d_0: 0"}, [(12, "d_0 of Parameters: expected a number")]),
     "three of four": ({10: "parameters: {G: [1, 1, 1]}"}, [(10, "G of Parameters: expected shape (4), got (3,)")]),

@@ -1,0 +1,144 @@
+"""How the kinds of `primitives.kinds` stand in a file, each beside its keys."""
+
+from abc import abstractmethod
+from collections.abc import Callable
+from typing import Annotated, Any, Literal
+
+from pydantic import Field, PlainValidator, ValidationInfo, WithJsonSchema
+
+from primitives import kinds
+from primitives.constraint import SAFETY_CLASSES, Constraint, SafetyClass
+from primitives.elements import Element, Line, Plane, Point
+from primitives.errors import InputError
+from primitives.files.elements import Direction, ElementField, element_from
+from primitives.files.fields import Text, one_of, refers_to
+from primitives.files.joints import Ranges, RangesField
+from primitives.files.model import FileModel
+from primitives.files.quantities import Position, PositiveAngle, PositiveLength, SomeLength
+
+
+def _part(kind: str, make: Callable[[str], Element]) -> Any:
+    """Annotations of a part of the tool: an element of a kind ("" for any), or only the name of a frame."""
+    check = refers_to("frame").func
+
+    def build(data: Any, info: ValidationInfo) -> Element:
+        element = make(check(data, info)) if isinstance(data, str) and data else element_from(data, info)  # type: ignore[call-arg]
+        if kind and element.kind != kind:
+            raise InputError(f"expected a {kind}, got a {element.kind}")
+        return element
+
+    return PlainValidator(build)
+
+
+_SCHEMA = WithJsonSchema({"anyOf": [{"type": "string"}, {"$ref": "#/$defs/element"}]})
+What = Annotated[Element, _part("", kinds.origin_of), _SCHEMA]
+WhatPoint = Annotated[Point, _part("point", kinds.origin_of), _SCHEMA]
+Shaft = Annotated[Line, _part("line", Line.z_axis), _SCHEMA]
+
+
+class _Kind(FileModel):
+    name: Text
+    safety_class: Annotated[SafetyClass, one_of("safety class", lambda: SAFETY_CLASSES)] = "patient"
+    enforced: bool = True
+
+    def more(self) -> dict[str, Any]:
+        return {"safety_class": self.safety_class, "enforced": self.enforced}
+
+    @abstractmethod
+    def build(self) -> Constraint: ...
+
+
+class _Forbidden(_Kind):
+    kind: Literal["forbidden_region"]
+    what: What
+    around: ElementField
+    radius: SomeLength
+    tool_radius: SomeLength = 0.0
+
+    def build(self) -> Constraint:
+        return kinds.forbidden_region(
+            self.name, self.what, self.around, self.radius, tool_radius=self.tool_radius, **self.more()
+        )
+
+
+class _Inside(_Forbidden):
+    kind: Literal["stay_inside"]  # type: ignore[assignment]
+
+    def build(self) -> Constraint:
+        return kinds.stay_inside(
+            self.name, self.what, self.around, self.radius, tool_radius=self.tool_radius, **self.more()
+        )
+
+
+class _Above(_Kind):
+    kind: Literal["keep_above"]
+    what: WhatPoint
+    point: Position
+    normal: Direction = Field(default=[0.0, 0.0, 1.0])
+    distance: SomeLength = 0.0
+
+    def build(self) -> Constraint:
+        plane = Plane.through(self.point, self.normal)
+        return kinds.keep_above(self.name, self.what, plane, distance=self.distance, **self.more())
+
+
+class _Below(_Above):
+    kind: Literal["keep_below"]  # type: ignore[assignment]
+
+    def build(self) -> Constraint:
+        plane = Plane.through(self.point, self.normal)
+        return kinds.keep_below(self.name, self.what, plane, distance=self.distance, **self.more())
+
+
+class _Cone(_Kind):
+    kind: Literal["cone"]
+    axis: Shaft
+    around: Direction
+    angle: PositiveAngle
+
+    def build(self) -> Constraint:
+        return kinds.cone(self.name, self.axis, Line.through([0.0] * 3, self.around), self.angle, **self.more())
+
+
+class _Rcm(_Kind):
+    kind: Literal["rcm"]
+    shaft: Shaft
+    port: Position
+    tolerance: PositiveLength
+
+    def build(self) -> Constraint:
+        return kinds.rcm(self.name, self.shaft, Point.at(self.port), self.tolerance, **self.more())
+
+
+class _OfCloud(_Kind):
+    kind: Literal["cloud"]
+    what: What
+    cloud: Annotated[Text, refers_to("cloud")]
+    tool_radius: SomeLength = 0.0
+
+    def build(self) -> Constraint:
+        return kinds.cloud(self.name, self.what, self.cloud, tool_radius=self.tool_radius, **self.more())
+
+
+class JointLimits(FileModel):
+    """Ranges of joints, which a scene keeps beside its constraints."""
+
+    kind: Literal["joint_limits"]
+    limits: RangesField
+
+    def build(self) -> Ranges:
+        """{joint: (lower, upper)}."""
+        return self.limits
+
+
+KINDS: dict[str, type[_Kind] | type[JointLimits]] = {
+    "forbidden_region": _Forbidden,
+    "stay_inside": _Inside,
+    "keep_above": _Above,
+    "keep_below": _Below,
+    "cone": _Cone,
+    "rcm": _Rcm,
+    "cloud": _OfCloud,
+    "joint_limits": JointLimits,
+}
+"""What ``kind`` of an entry of constraints may say."""

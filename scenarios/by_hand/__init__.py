@@ -1,0 +1,1 @@
+"""Trajectory scenes by hand: a hand leads the tool through an admittance, in the place of a pose task."""
