@@ -8,7 +8,7 @@ BIN := $(VENV)/bin
 STAMP := $(VENV)/installed-$(shell pwd | cksum | cut -d' ' -f1)
 
 .DEFAULT_GOAL := help
-.PHONY: help install check-python graphics demo test campaign lint docs bench clean
+.PHONY: help install check-python graphics browser demo test campaign lint docs bench clean
 
 help: ## this list
 	@echo "active-constraints; every target sets up $(VENV) first, once"
@@ -64,10 +64,20 @@ graphics:
 	    || echo "they could not be installed" >&2; \
 	fi
 
+# Where it cannot be had, the test that opens a report is skipped and says so.
+browser:
+	@if command -v chromium >/dev/null && command -v chromedriver >/dev/null; then exit 0; fi; \
+	if [ "$$(id -u)" = 0 ]; then as_root=; else as_root="sudo -n"; fi; \
+	if command -v apt-get >/dev/null && $$as_root true 2>/dev/null; then \
+	  echo "no browser to look at reports with: installing chromium and chromium-driver"; \
+	  $$as_root apt-get -qq update >&2 && $$as_root env DEBIAN_FRONTEND=noninteractive apt-get -qq install -y \
+	    --no-install-recommends chromium chromium-driver >&2 || echo "they could not be installed" >&2; \
+	fi
+
 demo: install ## run S1-S5, print the violation table, write traces and figures to runs/demo
 	$(BIN)/vfi run S1 S2 S3 S4 S5 --out runs/demo
 
-test: install graphics ## the whole test run but the campaigns
+test: install graphics browser ## the whole test run but the campaigns
 	$(BIN)/python -m pytest -n $(JOBS)
 
 campaign: install ## the full campaigns of the tests, minutes to hours

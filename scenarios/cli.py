@@ -2,14 +2,20 @@
 
 import json
 import sys
-from collections.abc import Iterator
-from contextlib import contextmanager
-from enum import StrEnum
 from importlib.metadata import version
 from pathlib import Path
 from typing import Annotated, Any
 
 import typer
+
+from scenarios.commands.check import check
+from scenarios.commands.compare import compare
+from scenarios.commands.diff import diff
+from scenarios.commands.errors import one_clear_line
+from scenarios.commands.import_vfi import import_vfi
+from scenarios.commands.init import init
+from scenarios.commands.names import GuardMode, PlantName
+from scenarios.commands.report import report
 
 app = typer.Typer(
     help="Active constraints for surgical robots: run scenes, compare enforcements, look at what happened.",
@@ -17,34 +23,6 @@ app = typer.Typer(
     add_completion=False,
     pretty_exceptions_enable=False,
 )
-BAD_INPUT = 2
-
-
-class PlantName(StrEnum):
-    """Plants as the command line spells them."""
-
-    kinematic = "kinematic"
-    mujoco = "mujoco"
-
-
-class GuardMode(StrEnum):
-    """Guard modes as the command line spells them."""
-
-    act = "act"
-    watch = "watch"
-    off = "off"
-
-
-@contextmanager
-def _one_clear_line() -> Iterator[None]:
-    """Turn the project's own errors into a line on stderr and exit code 2."""
-    from primitives.errors import ActiveConstraintsError
-
-    try:
-        yield
-    except ActiveConstraintsError as error:
-        print(f"vfi: {error}", file=sys.stderr)
-        raise typer.Exit(BAD_INPUT) from None
 
 
 def _cite(wanted: bool) -> None:
@@ -82,6 +60,10 @@ def run(
         GuardMode | None,
         typer.Option(help="act on, only count, or skip what verification finds; default: act where rows enforce"),
     ] = None,
+    coordination: Annotated[
+        str | None,
+        typer.Option(help="Of several arms, names with commas: central, static, velocity; default: the scene's."),
+    ] = None,
     seed: Annotated[int, typer.Option(help="Seed of everything random.", min=0)] = 0,
     robot: Annotated[str | None, typer.Option(help="Another robot than the scene's.")] = None,
     plant: Annotated[
@@ -108,7 +90,7 @@ def run(
     as_json: Annotated[bool, typer.Option("--json", help="Print JSON instead of a table.")] = False,
 ) -> None:
     """Run scenes and show which constraints were violated."""
-    with _one_clear_line():
+    with one_clear_line():
         from scenarios.jobs import Choices
         from scenarios.session import prepare, run_all, write_results
 
@@ -116,6 +98,7 @@ def run(
             solver=solver,
             period=period,
             guard=guard.value if guard is not None else None,
+            coordination=coordination,
             seed=seed,
             robot=robot,
             out=out,
@@ -146,39 +129,6 @@ def _show(results: list[dict[str, Any]], files: list[Path], as_json: bool) -> No
 
 
 @app.command()
-def compare(
-    scene: Annotated[str, typer.Argument(help="A hands-on scene by name (see `vfi list`) or as a YAML file.")],
-    enforcement: Annotated[str, typer.Option(help="Names with commas: none, admittance, vfi, both.")] = (
-        "none,admittance,vfi,both"
-    ),
-    robot: Annotated[str | None, typer.Option(help="Names with commas; default: the scene's.")] = None,
-    seeds: Annotated[int, typer.Option(help="Runs of each, with seeds 0, 1, ..; the hand trembles.")] = 1,
-    plant: Annotated[PlantName, typer.Option(help="Ideal joints, or physics.")] = PlantName.kinematic,
-    as_json: Annotated[bool, typer.Option("--json", help="Print one object a run instead of a table.")] = False,
-) -> None:
-    """Run a scene under several enforcements, and on several arms, with the same hand, and show what each did."""
-    with _one_clear_line():
-        from rich.console import Console
-        from rich.progress import Progress
-
-        from scenarios.hands_on.compare import cells, prepare_comparison, run_comparison
-        from scenarios.jobs import Choices
-
-        robots: list[str | None] = [*robot.split(",")] if robot else [None]
-        jobs = prepare_comparison(scene, enforcement.split(","), robots, seeds, Choices(plant=plant.value))
-        with Progress(console=Console(stderr=True), transient=True, disable=not sys.stderr.isatty()) as bar:
-            task = bar.add_task(scene, total=1.0)
-            results = run_comparison(jobs, lambda label, share: bar.update(task, description=label, completed=share))
-    if as_json:
-        print(json.dumps(results, indent=2))
-        return
-    from scenarios.hands_on_table import print_comparison
-    from scenarios.table import console_for_tables
-
-    print_comparison(results[0]["scene"], cells(results), console_for_tables())
-
-
-@app.command()
 def video(
     run_file: Annotated[Path, typer.Argument(metavar="RUN.mcap", help="Trace of a run, as `vfi run --out` writes it.")],
     out: Annotated[Path, typer.Option("-o", "--out", help="Video to write, .mp4.")],
@@ -188,7 +138,7 @@ def video(
     camera: Annotated[str, typer.Option(help="tool, side, front, top: what the tool does; arm: all of it.")] = "tool",
 ) -> None:
     """Make a video of a run. Without a graphics card a frame takes about 0.2 s."""
-    with _one_clear_line():
+    with one_clear_line():
         from rich.console import Console
         from rich.progress import Progress
 
@@ -215,7 +165,7 @@ def list_names(
     as_json: Annotated[bool, typer.Option("--json", help="Print JSON instead of text.")] = False,
 ) -> None:
     """List scenes, robots, solvers and primitives."""
-    with _one_clear_line():
+    with one_clear_line():
         from scenarios.catalogue import catalogue
 
         found = catalogue()
@@ -226,6 +176,14 @@ def list_names(
         print(kind)
         for name, text in entries.items():
             print(f"  {name:<18} {text}")
+
+
+app.command("compare")(compare)
+app.command("report")(report)
+app.command("diff")(diff)
+app.command("check")(check)
+app.command("import")(import_vfi)
+app.command("init")(init)
 
 
 def main() -> None:

@@ -1,8 +1,9 @@
 """`Scene`: a robot, where it starts, what must never happen, what it should do, for how long."""
 
 import re
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field, replace
+from pathlib import Path
 from typing import Any, Self
 
 from admittance.joint_parameters import JointParameters
@@ -11,11 +12,13 @@ from primitives.constraint import ConstraintSet
 from primitives.errors import InputError
 from primitives.robot import Robot
 from scenarios.by_hand.hand import Guide
-from scenarios.robots import robots
+from scenarios.own_robot import OwnRobot, SceneRobot, entry_of
 from scenarios.trajectory import PoseTrajectory
 from vfi.tasks import PoseTask
 
 MAX_CYCLES = 10_000_000
+COORDINATIONS = ("central", "static", "velocity")
+"""How arms that a scene moves together are decided; see `scenarios.coordination`."""
 
 
 def check_name(name: str) -> str:
@@ -52,11 +55,13 @@ class Scene:
     Attributes
     ----------
     name, summary : shown to people; a run calls its scene and its files by the name.
-    robot : a registered robot.
+    robot : the name of a registered robot, or an `OwnRobot`.
     group : joint group whose velocities are decided.
     start : (n,) first configuration of all joints, rad and m.
     constraints : enforced and watched ones.
-    task : what the tool does; reference : its reference.
+    task : what the tool does; reference : its reference. Of several tools: a tuple each, in the same order.
+    arms : joint groups that can be decided each by a controller of its own, one a task; empty where there is none.
+    coordination : "central", one program decides all joints; "static" or "velocity", one program an arm.
     eta : gain of the inequalities, 1/s, one number or {constraint: gain} with "" for the others.
     limit_eta : gain of the joint-position limits, 1/s.
     period : T, seconds. duration : seconds, at most `MAX_CYCLES` periods.
@@ -71,12 +76,12 @@ class Scene:
 
     name: str
     summary: str
-    robot: str
+    robot: SceneRobot
     group: str
     start: tuple[float, ...]
     constraints: ConstraintSet
-    task: PoseTask
-    reference: PoseTrajectory
+    task: PoseTask | tuple[PoseTask, ...]
+    reference: PoseTrajectory | tuple[PoseTrajectory, ...]
     period: float
     duration: float
     eta: float | Mapping[str, float] = 0.5
@@ -84,10 +89,12 @@ class Scene:
     limits: Mapping[str, tuple[float, float]] = field(default_factory=dict)
     hand: Guide | None = None
     admittance: JointParameters | None = None
+    arms: tuple[str, ...] = ()
+    coordination: str = "central"
 
     def __post_init__(self) -> None:
         check_name(self.name)
-        known("robot", self.robot, robots.names())
+        entry_of(self.robot)
         start = array(self.start, (None,), f"start of scene {self.name}")
         object.__setattr__(self, "start", tuple(start.tolist()))
         for what in ("period", "duration", "limit_eta"):
@@ -100,14 +107,55 @@ class Scene:
         check_limits(self.limits, self.name)
         if (self.hand is None) != (self.admittance is None):
             raise InputError(f"scene {self.name}: hand and admittance go together, got one of them")
+        self._check_tasks()
+        if self.hand is not None and len(self.tasks) > 1:
+            raise InputError(f"scene {self.name}: expected one task where a hand leads, got {len(self.tasks)}")
+
+    @property
+    def tasks(self) -> tuple[PoseTask, ...]:
+        """The task, or the several."""
+        return self.task if isinstance(self.task, tuple) else (self.task,)
+
+    @property
+    def references(self) -> tuple[PoseTrajectory, ...]:
+        """The reference of each task, in their order."""
+        return self.reference if isinstance(self.reference, tuple) else (self.reference,)
+
+    def _check_tasks(self) -> None:
+        """Several tasks need as many references, and as many arms where there are any."""
+        for name in ("task", "reference"):
+            given = getattr(self, name)
+            if isinstance(given, Sequence):
+                object.__setattr__(self, name, given[0] if len(given) == 1 else tuple(given))
+        tasks, references, what = len(self.tasks), len(self.references), f"scene {self.name}"
+        if tasks != references or not tasks:
+            raise InputError(f"reference of {what}: expected one a task, {tasks}, in their order, got {references}")
+        if self.arms and len(self.arms) != tasks:
+            raise InputError(f"arms of {what}: expected one joint group a task, {tasks}, got {', '.join(self.arms)}")
+        known("coordination", self.coordination, COORDINATIONS)
+        if self.coordination != "central" and len(self.arms) < 2:
+            raise InputError(
+                f'coordination of {what}: "{self.coordination}" is for several arms, got {len(self.arms)}; list their '
+                'joint groups under the key arms, in the order of the tasks, or take "central"'
+            )
 
     def build_robot(self) -> Robot:
         """The robot with the scene's limits; raises where the scene does not fit it."""
-        robot = robots[self.robot].build()
+        robot = entry_of(self.robot).build()
         robot = with_ranges(robot, self.limits)
         known("joint group", self.group, robot.groups)
+        joints = [int(i) for arm in self.arms for i in robot.group(arm)]
+        if self.arms and sorted(joints) != sorted(robot.group(self.group)):
+            raise InputError(
+                f"arms of scene {self.name}: expected groups that share no joint and are {self.group} together, got "
+                f"{', '.join(self.arms)}"
+            )
         array(self.start, (robot.n,), f'start of scene {self.name} for robot "{self.robot}"')
         return robot
+
+    def located(self, folder: Path) -> Self:
+        """The scene with whole paths of the files that it names, from a folder where it does not say from where."""
+        return replace(self, robot=self.robot.located(folder)) if isinstance(self.robot, OwnRobot) else self
 
     def with_changes(self, **changes: Any) -> Self:
         """The scene with other values of some attributes."""

@@ -7,13 +7,15 @@ not give itself. ``enforce: [C1, C2]`` chooses which constraints are enforced; t
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
-from primitives.errors import InputError, UnknownNameError
+from primitives.errors import InputError
 from primitives.files.document import Document, Problem, refuse
 from primitives.files.model import Names, show, validate
 from primitives.files.yaml_file import read, write
 from primitives.flatten import motion_axis
 from primitives.spec import declared_names
-from scenarios.robots import robots
+from scenarios.includes import beside, with_sets
+from scenarios.own_robot import OwnRobot, entry_of
+from scenarios.own_robot_file import robot_of
 from scenarios.scene import Scene
 from scenarios.scene_model import SceneModel, scene_data
 from scenarios.scenes import scene_path
@@ -21,8 +23,6 @@ from scenarios.scenes import scene_path
 if TYPE_CHECKING:
     from scenarios.hands_on.scene import HandsOnScene
 
-MAX_FILES = 4
-"""Most files that one scene may be spread over."""
 HANDS_ON_KEYS = frozenset({"port", "hand"})
 """A file with any of these is a hands-on scene, unless it has a trajectory as its reference."""
 
@@ -53,14 +53,18 @@ def load_any(path_or_name: str | Path, robot: str | None = None) -> "Scene | Han
     """
     is_file = isinstance(path_or_name, Path) or path_or_name.endswith((".yaml", ".yml"))
     path = Path(path_or_name) if is_file else scene_path(str(path_or_name), robot)
-    document = _with_bases(path, ())
-    names = _names(document.data)
+    document = with_sets(_with_bases(path, ()), path)
+    try:
+        names = _names(document.data, path.parent)
+    except InputError as error:
+        mark = document.mark(("robot",))
+        refuse([*document.problems, Problem(mark, ("robot",), f"robot: {error}")])
     keys = document.data.keys() if isinstance(document.data, dict) else set()
     if "reference" not in keys and not HANDS_ON_KEYS.isdisjoint(keys):
         return _hands_on(document, names, path.parent)
     model = validate(SceneModel, document, names)
     try:
-        return model.build()
+        return model.build().located(path.parent)
     except InputError as error:
         refuse([Problem(document.mark(()), (), str(error))])
 
@@ -92,7 +96,7 @@ def _with_bases(path: Path, users: tuple[Path, ...]) -> Document:
     if not isinstance(document.data, dict) or "base" not in document.data:
         return document
     try:
-        base = _base(path, document.data["base"], (*users, path))
+        base = beside(path, document.data["base"], (*users, path))
     except InputError as error:
         mark = document.mark(("base",))
         refuse([*document.problems, Problem(mark, ("base",), f"base: {error}")])
@@ -104,36 +108,19 @@ def _with_bases(path: Path, users: tuple[Path, ...]) -> Document:
     return Document(below.data | own, inherited | dict(document.marks), document.problems + below.problems)
 
 
-def _base(path: Path, name: Any, users: tuple[Path, ...]) -> Path:
-    """The file called name beside a file; no other place can be reached."""
-    if not isinstance(name, str):
-        raise InputError(f"expected the name of a file in the same folder, got {show(name)}")
-    beside = sorted(p.name for p in path.parent.glob("*.yaml"))
-    if name not in beside:
-        raise UnknownNameError("file in this folder", name[:100], beside)
-    base = path.parent / name
-    if base.resolve().parent != path.parent.resolve():
-        raise InputError(f"{name} is a link out of this folder; copy the file here")
-    if base.resolve() in [user.resolve() for user in users]:
-        raise InputError(f"{' -> '.join(p.name for p in (*users, base))} goes in a circle; remove one of these bases")
-    if len(users) >= MAX_FILES:
-        raise InputError(
-            f"{' -> '.join(p.name for p in (*users, base))}: expected at most {MAX_FILES} files; join some"
-        )
-    return base
-
-
-def _names(data: Any) -> Names:
-    """What the keys of a scene may refer to; the data need not be right."""
+def _names(data: Any, folder: Path) -> Names:
+    """What the keys of a scene may refer to; the data need not be right, but an own robot that is must be buildable."""
     if not isinstance(data, dict):
         return {}
     names: Names = {
         "constraint": [name for name in declared_names(data.get("constraints")) if name is not None],
         "cloud": _clouds(data.get("anatomy")),
     }
-    if data.get("robot") not in robots.names():
+    try:
+        declared = robot_of(data.get("robot"))
+    except ValueError:
         return names
-    robot = robots[data["robot"]].build()
+    robot = entry_of(declared.located(folder) if isinstance(declared, OwnRobot) else declared).build()
     sliding = [joint for i, joint in enumerate(robot.joints, 1) if motion_axis(robot.model, i)[0]]
     own = {"frame": robot.frames, "joint": robot.joints, "sliding joint": sliding, "joint group": list(robot.groups)}
     return {**names, **own}

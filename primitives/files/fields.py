@@ -92,3 +92,15 @@ def list_of(item: Any) -> PlainValidator:
         return out
 
     return PlainValidator(check)
+
+
+def one_or_list_of(item: Any) -> PlainValidator:
+    """Validator of one item of a type, or of a list of them; gives a list either way."""
+    adapter, many = TypeAdapter(item), TypeAdapter(Annotated[Any, list_of(item)])
+
+    def check(value: Any, info: ValidationInfo) -> list[Any]:
+        if isinstance(value, list):
+            return list(many.validate_python(value, context=info.context))
+        return [adapter.validate_python(value, strict=True, context=info.context)]
+
+    return PlainValidator(check)

@@ -14,7 +14,8 @@ from mpl_toolkits.mplot3d.axes3d import Axes3D  # type: ignore[import-untyped]
 
 from primitives.checks import Array
 from scenarios.analysis.figures import COLOURS, save, thin
-from scenarios.analysis.hands_on_metrics import clearance_of, port_offset, shaft_lines
+from scenarios.analysis.hands_on_metrics import clearance_of, port_offset
+from scenarios.analysis.tool_poses import shaft_lines
 from scenarios.analysis.trace import Trace
 from scenarios.hands_on.parts import Part
 from scenarios.hands_on.scene import HandsOnScene

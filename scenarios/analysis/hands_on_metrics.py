@@ -8,9 +8,13 @@ from numpy.typing import NDArray
 
 from primitives.checks import Array
 from primitives.constraint import Constraint
-from primitives.kinematics import snapshot, world_first
 from primitives.robot import Robot
+from scenarios.analysis.boundary_force import FELT, boundary_force, felt_clearance
+from scenarios.analysis.jerk import jerk
 from scenarios.analysis.metrics import EVENTS
+from scenarios.analysis.penetration import penetration_depth, time_inside
+from scenarios.analysis.tangential import tangential_freedom
+from scenarios.analysis.tool_poses import kept_away, shaft_lines
 from scenarios.analysis.trace import Trace
 from scenarios.hands_on.parts import Part, placed_cloud
 from scenarios.hands_on.scene import HandsOnScene
@@ -25,28 +29,6 @@ BENT = 1.5
 """How much farther than from one cycle to the next a point of the tool may move between them, at most."""
 SLIP = 0.2
 """Seconds after the end of a contact in which a tool that slips off is far away: with d_0 = 11.5 mm, 58 mm/s."""
-
-
-def _poses(robot: Robot, frame: str, q: Array) -> tuple[Array, Array]:
-    """Rotations (k, 3, 3) and origins (k, 3) of a frame at configurations (k, n)."""
-    frames = world_first((frame,))
-    flat, place = robot.flat(frames), frames.index(frame)
-    poses = np.array([snapshot(flat, frames, row).poses[place] for row in q])
-    return poses[:, :9].reshape(-1, 3, 3), poses[:, 9:]
-
-
-def shaft_lines(scene: HandsOnScene, robot: Robot, trace: Trace) -> tuple[Array, Array]:
-    """(k, 3) ends and (k, 3) directions of the shaft as the plant had it after each cycle, world, metres."""
-    rotations, ends = _poses(robot, scene.shaft, trace["plant_q"])
-    return ends, rotations[:, :, 2]
-
-
-def kept_away(constraint: Constraint, robot: Robot, q: Array) -> tuple[Array, Array]:
-    """(k, 3) both ends, world, metres, of what of the tool a region keeps away; the same twice for a point."""
-    rotations, origins = _poses(robot, constraint.first.frame, q)
-    geometry = constraint.first.geometry
-    starts = rotations @ geometry[:3] + origins
-    return starts, starts + geometry[6] * (rotations @ geometry[3:6])
 
 
 def port_offset(port: Array, ends: Array, axes: Array) -> Array:
@@ -108,7 +90,7 @@ def between(scene: HandsOnScene, robot: Robot, parts: Mapping[str, Part], q: Arr
 def slipped(touching: NDArray[np.bool_], clearances: Array, reach: float, period: float) -> bool:
     """Whether the tool jumped off a region: soon after the repulsion ended it was farther off by more than its range.
 
-    touching (k,) says where there is repulsion, clearances (k,) how far the tool is from the spheres, metres; reach is
+    touching (k,) says where the boundary pushes, clearances (k,) how far the tool is from the spheres, metres; reach is
     d_0, metres.
     """
     window = max(1, round(SLIP / period))
@@ -117,7 +99,7 @@ def slipped(touching: NDArray[np.bool_], clearances: Array, reach: float, period
 
 
 def summary(trace: Trace, scene: HandsOnScene, parts: Mapping[str, Part]) -> dict[str, Any]:
-    """What `vfi run --json` prints of a hands-on run; the keys are documented in docs/hands_on.md."""
+    """What `vfi run --json` prints of a hands-on run; the keys are documented in docs/metrics.md."""
     header, robot, period = trace.header, scene.build_robot(), float(trace.header["period_s"])
     port = np.array(scene.port)
     ends, axes = shaft_lines(scene, robot, trace)
@@ -125,10 +107,12 @@ def summary(trace: Trace, scene: HandsOnScene, parts: Mapping[str, Part]) -> dic
     at = clearance(scene, robot, parts, trace["plant_q"])
     inner = between(scene, robot, parts, trace["plant_q"])
     force = np.linalg.norm(trace["hand_wrench"][:, :3], axis=1)
-    touching = np.linalg.norm(trace["repulsion"], axis=1) > 0.0
     times, states, limited = trace["cycle_us"], trace["state"], trace["limited"].astype(int)
     p5, median, p99 = (float(p) for p in np.percentile(times, [5, 50, 99]))
     travel = float(np.linalg.norm(np.diff(ends, axis=0), axis=1).sum())
+    smallest = _smallest(np.append(inner, at))
+    push, jerks = np.linalg.norm(boundary_force(trace, scene), axis=1), jerk(ends, period)
+    touching = (np.linalg.norm(trace["repulsion"], axis=1) > 0.0) | (push > FELT)
     return {
         "scene": header["scene"],
         "robot": header["robot"],
@@ -142,7 +126,10 @@ def summary(trace: Trace, scene: HandsOnScene, parts: Mapping[str, Part]) -> dic
         "port_error_m": {"max": float(offset.max()), "rms": float(np.sqrt(np.mean(offset**2)))},
         "reference_port_error_m": _norms(trace["x_c"]),
         "guided_reference_port_error_m": _largest_where(trace["x_c"], guided(ends, axes, period)),
-        "clearance_m": {"at_samples": _smallest(at), "between_samples": _smallest(np.append(inner, at))},
+        "clearance_m": {"at_samples": _smallest(at), "between_samples": smallest},
+        "penetration_depth_m": penetration_depth(smallest),
+        "time_inside_s": time_inside(at, period),
+        "felt_clearance_m": felt_clearance(push, at),
         "passivity_excess_J": float(trace["excess"][-1]),
         "passivity_excess_chord_J": float(trace["excess_chord"][-1]),
         "hand_work_J": float(trace["hand"][-1]),
@@ -154,6 +141,7 @@ def summary(trace: Trace, scene: HandsOnScene, parts: Mapping[str, Part]) -> dic
         "slipped": slipped(touching, at, scene.parameters.d_0, period),
         "max_force_N": float(force.max()),
         "mean_force_N": float(force.mean()),
+        "max_boundary_force_N": float(push.max()),
         "max_repulsion_N": float(np.linalg.norm(trace["repulsion"][:, :3], axis=1).max()),
         "contact_force_N": {
             name.removeprefix("contact_"): float(np.linalg.norm(trace[name], axis=1).max())
@@ -161,6 +149,11 @@ def summary(trace: Trace, scene: HandsOnScene, parts: Mapping[str, Part]) -> dic
             if name.startswith("contact_")
         },
         "travel_m": travel,
+        "tangential_freedom": tangential_freedom(trace, scene, parts),
+        "jerk_m_s3": {
+            "max": float(jerks.max(initial=0.0)),
+            "rms": float(np.sqrt(np.sum(jerks**2) / max(len(jerks), 1))),
+        },
         "speed_m_s": {"max": float(np.linalg.norm(np.diff(ends, axis=0), axis=1).max() / period)},
         "substeps": {"mean": float(trace["substeps"].mean()), "max": int(trace["substeps"].max())},
         "limited_cycles": {

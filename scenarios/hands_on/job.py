@@ -32,6 +32,7 @@ class HandsOnJob:
     file: Path | None
     guard: str | None = None
     metric: str = "free"
+    """Both: see `scenarios.hands_on.enforcement.enforce`."""
 
     @property
     def label(self) -> str:
@@ -43,9 +44,9 @@ class HandsOnJob:
         """The anatomy, built once."""
         return build_parts(self.scene.anatomy, np.array(self.scene.port))
 
-    def with_seed(self, seed: int) -> "HandsOnJob":
-        """The same run with another seed, in the same anatomy."""
-        other = replace(self, seed=seed)
+    def with_changes(self, **changes: Any) -> "HandsOnJob":
+        """The same run in the same anatomy with another seed, guard or file."""
+        other = replace(self, **changes)
         other.__dict__["parts"] = self.parts
         return other
 

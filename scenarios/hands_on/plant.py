@@ -8,9 +8,9 @@ from primitives.checks import known
 from primitives.point_cloud import PointCloud
 from primitives.robot import Robot
 from scenarios.hands_on.scene import HandsOnScene
+from scenarios.own_robot import entry_of
 from scenarios.plants import Plant
 from scenarios.plants.kinematic import KinematicPlant
-from scenarios.robots import robots
 
 PLANTS = ("kinematic", "mujoco")
 TOUCHED = 1.0 / np.sqrt(3.0)
@@ -34,7 +34,7 @@ def build_plant(name: str, scene: HandsOnScene, robot: Robot, clouds: Mapping[st
 
     axis = robot.kinematics(start).rotation(scene.shaft)[:, 2]
     return MujocoPlant(
-        robots[scene.robot],
+        entry_of(scene.robot),
         start,
         decided,
         scene.period,

@@ -68,7 +68,7 @@ def _header(
     return {
         "kind": KIND,
         "scene": scene.name,
-        "robot": scene.robot,
+        "robot": str(scene.robot),
         "solver": admittance.integrator,
         "form": admittance.form,
         **how,

@@ -15,7 +15,7 @@ from primitives.robot import Robot
 from scenarios.hands_on.parts import AnatomySource, Part, placed_cloud
 from scenarios.hands_on.pull import Pull
 from scenarios.hands_on.push import Push
-from scenarios.robots import robots
+from scenarios.own_robot import OwnRobot, SceneRobot, entry_of
 from scenarios.scene import check_duration, check_limits, check_name, with_ranges
 
 
@@ -30,7 +30,8 @@ class HandsOnScene:
     Attributes
     ----------
     name, summary : shown to people.
-    robot, group, start : a registered robot, the joints that move, and (n,) the first configuration, rad and m.
+    robot, group, start : a registered robot or an `OwnRobot`, the joints that move, and (n,) the first configuration,
+        rad and m.
     shaft : frame whose z axis is the shaft and whose origin is its end, p_t.
     port : (3,) p_c, world, metres. port_radius : clear radius of the ring that it is in a plant with contact, metres.
     parameters : of the target admittance.
@@ -50,7 +51,7 @@ class HandsOnScene:
 
     name: str
     summary: str
-    robot: str
+    robot: SceneRobot
     start: tuple[float, ...]
     port: tuple[float, float, float]
     constraints: ConstraintSet
@@ -69,7 +70,7 @@ class HandsOnScene:
 
     def __post_init__(self) -> None:
         check_name(self.name)
-        known("robot", self.robot, robots.names())
+        entry_of(self.robot)
         object.__setattr__(self, "start", tuple(array(self.start, (None,), f"start of scene {self.name}").tolist()))
         object.__setattr__(self, "port", tuple(array(self.port, (3,), f"port of scene {self.name}").tolist()))
         for what in ("period", "duration", "port_radius"):
@@ -104,7 +105,8 @@ class HandsOnScene:
         hand, other = (
             replace(h, file=_in(folder, h.file)) if isinstance(h, Push) else h for h in (self.hand, self.hand_on_files)
         )
-        return replace(self, anatomy=anatomy, hand=hand or self.hand, hand_on_files=other)
+        robot = self.robot.located(folder) if isinstance(self.robot, OwnRobot) else self.robot
+        return replace(self, robot=robot, anatomy=anatomy, hand=hand or self.hand, hand_on_files=other)
 
     def with_changes(self, **changes: Any) -> Self:
         """The scene with other values of some attributes."""
@@ -112,7 +114,7 @@ class HandsOnScene:
 
     def build_robot(self) -> Robot:
         """The robot with the scene's limits; raises where the scene does not fit it."""
-        robot = with_ranges(robots[self.robot].build(), self.limits)
+        robot = with_ranges(entry_of(self.robot).build(), self.limits)
         known("joint group", self.group, robot.groups)
         known("frame", self.shaft, robot.frames)
         for frame in {e.frame for c in self.constraints for e in (c.first, c.second)}:

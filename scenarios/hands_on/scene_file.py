@@ -33,7 +33,7 @@ from scenarios.hands_on.parts import KINDS, AnatomySource
 from scenarios.hands_on.pull import WAYS, Pull, Waypoint
 from scenarios.hands_on.push import Push
 from scenarios.hands_on.scene import HandsOnScene
-from scenarios.robots import robots
+from scenarios.own_robot_file import RobotField, robot_data
 from scenarios.scene import check_name
 from scenarios.scene_model import Duration, LimitsField, chosen
 
@@ -186,7 +186,7 @@ class HandsOnModel(FileModel):
 
     name: Annotated[Text, AfterValidator(check_name)]
     summary: Text
-    robot: Annotated[str, one_of("robot", robots.names)]
+    robot: RobotField
     group: Annotated[Text, refers_to("joint group")] = "all"
     shaft: Annotated[Text, refers_to("frame")] = "tip"
     start: Configuration
@@ -240,10 +240,11 @@ def _anatomy_data(source: AnatomySource) -> dict[str, Any]:
 
 def hands_on_data(scene: HandsOnScene) -> dict[str, Any]:
     """The scene as plain data, from which `HandsOnModel` builds an equal one; raises InputError."""
-    plain = {name: getattr(scene, name) for name in ("name", "robot", "group", "shaft", "form", "integrator")}
+    plain = {name: getattr(scene, name) for name in ("name", "group", "shaft", "form", "integrator")}
     parameters = {k: list(v) if isinstance(v, tuple) else v for k, v in asdict(scene.parameters).items()}
     return {
         **plain,
+        "robot": robot_data(scene.robot),
         "summary": check_text(scene.summary),
         "start": list(scene.start),
         "port": list(scene.port),

@@ -11,11 +11,12 @@ import numpy as np
 from primitives import dual_quaternion as dq
 from primitives.checks import Array
 from primitives.elements import WORLD
-from primitives.errors import InputError
+from primitives.errors import InputError, ModelError
 from primitives.kinematics import snapshot, world_first
 from primitives.robot import Robot
 from scenarios.analysis.metrics import VIOLATED as LEAST_MARGIN
 from scenarios.analysis.trace import Trace
+from scenarios.own_robot import ROBOT_FILES
 from scenarios.plants.assembly import bodies_beyond
 from scenarios.plants.obstacles import Cloud, Port
 from scenarios.robots import RobotEntry, robots
@@ -74,7 +75,12 @@ class Film:
 
     def __init__(self, trace: Trace, size: tuple[int, int], camera: Camera, port: Port | None, clouds: Sequence[Cloud]):
         self._trace = trace
-        entry: RobotEntry = robots[trace.header["robot"]]
+        name = trace.header["robot"]
+        if name.endswith(ROBOT_FILES):
+            raise ModelError(
+                f'robot "{name}" is the scene\'s own, without pictures; register it with its MJCF to see it'
+            )
+        entry: RobotEntry = robots[name]
         robot = entry.build()
         if len(trace.records) == 0 or list(robot.joints) != list(trace.header["joints"]):
             raise InputError(
@@ -183,8 +189,12 @@ def _spaced(points: Array, apart: float) -> list[int]:
 
 
 def _wanted(trace: Trace, keep: np.ndarray) -> Array:
-    """Positions (k, 3) of the reference where it is a pose; none where it is a velocity."""
-    if "reference" not in trace.columns or "pose" not in trace.columns or trace["reference"].shape[1] != 8:
+    """Positions (k, 3) of the first tool's reference where it is a pose; none where it is a velocity."""
+    if (
+        "reference" not in trace.columns
+        or "pose" not in trace.columns
+        or trace["reference"].shape != trace["pose"].shape
+    ):
         return np.zeros((0, 3))
-    poses = trace["reference"]
+    poses = trace["reference"][:, :8]
     return np.array([dq.translation(np.ascontiguousarray(poses[k])) for k in keep])

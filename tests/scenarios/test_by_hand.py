@@ -213,10 +213,11 @@ def test_keys_of_ones_own_and_every_mistake_at_its_line(tmp_path):
     text = dump_scene(load_scene("S5"))
     lines = len(text.splitlines())
     file = tmp_path / "mine.yaml"
-    keys = (
-        "hand: {most: 5 N, stiffness: 1 N/mm, tremor: 0}\nadmittance: {inertia: 2, damping: [1, 2, 3, 4, 5, 6, 7, 8]}\n"
+    file.write_text(
+        text
+        + "hand: {most: 5 N, stiffness: 1 N/mm, tremor: 0}\n"
+        + "admittance: {inertia: 2, damping: [1, 2, 3, 4, 5, 6, 7, 8]}\n"
     )
-    file.write_text(text + keys)
     scene = load_scene(file)
     assert scene.hand == Guide(most=5.0) and scene.admittance == JointParameters(2.0, tuple(range(1, 9)))
     file.write_text(text + "hand: {most: 0, stiff: 1}\nadmittance: {inertia: [1, -1], damping: x}\n")

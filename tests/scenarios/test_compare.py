@@ -6,8 +6,10 @@ import pytest
 from typer.testing import CliRunner
 
 from primitives.errors import InputError, UnknownNameError
+from scenarios.analysis.cells import gather
+from scenarios.analysis.measures import MEASURES
 from scenarios.cli import app
-from scenarios.hands_on.compare import TREMOR, cells, prepare_comparison, run_comparison
+from scenarios.hands_on.compare import TREMOR, prepare_comparison, run_comparison
 from scenarios.jobs import Choices
 
 SCENE = """
@@ -49,16 +51,14 @@ def test_rows_say_the_worst_and_the_median(scene):
     results = run_comparison(jobs, lambda label, share: labels.append((label, share)))
     assert len(labels) == 6 and labels[0][1] == 0.0
     assert len({json.dumps(r["hand_work_J"]) for r in results[:3]}) == 3, "each seed is another hand"
-    rows = cells(results)
-    assert [(r["robot"], r["enforcement"], r["runs"]) for r in rows] == [
-        ("lwr4plus", "none", 3),
-        ("lwr4plus", "vfi", 3),
-    ]
-    for row, runs in zip(rows, (results[:3], results[3:]), strict=True):
-        assert row["clearance_m"] == min(r["clearance_m"]["between_samples"] for r in runs)
-        assert row["hand_work_J"] == sorted(r["hand_work_J"] for r in runs)[1]
-        assert row["passivity_excess_J"] == max(r["passivity_excess_J"] for r in runs)
-    assert rows[0]["entered"] == 3 and rows[1]["entered"] == 0
+    cells, by_key = gather(results), {m.key: m for m in MEASURES}
+    assert [(c.robot, c.enforcement, len(c.runs)) for c in cells] == [("lwr4plus", "none", 3), ("lwr4plus", "vfi", 3)]
+    for cell, runs in zip(cells, (results[:3], results[3:]), strict=True):
+        nearest = [r["clearance_m"]["between_samples"] for r in runs]
+        assert cell.worst(by_key["clearance_m.between_samples"]) == min(nearest)
+        assert cell.interval(by_key["hand_work_J"]).median == sorted(r["hand_work_J"] for r in runs)[1]
+        assert cell.worst(by_key["passivity_excess_J"]) == max(r["passivity_excess_J"] for r in runs)
+    assert [c.entered for c in cells] == [3, 0]
     again = run_comparison(prepare_comparison(scene, ["none", "vfi"], [None], 3, Choices()))
     assert [r["hand_work_J"] for r in again] == [r["hand_work_J"] for r in results]
 
@@ -70,6 +70,8 @@ def test_rows_say_the_worst_and_the_median(scene):
         ({"enforcements": ["vfi", "vfi"]}, InputError, "expected different names, got vfi, vfi"),
         ({"enforcements": ["wall"]}, UnknownNameError, "admittance, both, none, vfi"),
         ({"robots": ["neuro8"]}, InputError, 'no variant for robot "neuro8"'),
+        ({"guards": ["watch", "watch"]}, InputError, "expected different names, got watch, watch"),
+        ({"guards": ["on"]}, UnknownNameError, "act, off, watch"),
         ({"seeds": 0}, InputError, "expected at least 1, got 0"),
     ],
 )

@@ -1,10 +1,8 @@
 """Figures of merit of hands-on runs, each against another computation of the same, on traces made for it."""
 
 import json
-import re
 from functools import cache
 from itertools import pairwise
-from pathlib import Path
 
 import numpy as np
 import pinocchio as pin
@@ -12,7 +10,8 @@ import pytest
 
 from primitives.point_cloud import PointCloud
 from scenarios.analysis import hands_on_metrics as metrics
-from scenarios.analysis.hands_on_metrics import between, clearance, guided, port_offset, shaft_lines, slipped, summary
+from scenarios.analysis.hands_on_metrics import between, clearance, guided, port_offset, slipped, summary
+from scenarios.analysis.tool_poses import shaft_lines
 from scenarios.analysis.trace import Trace
 from scenarios.hands_on.parts import build_parts
 from scenarios.hands_on.run import run_hands_on
@@ -268,10 +267,3 @@ def test_contact_forces_are_named_after_what_is_touched():
         with_values(trace, contact_organ=force, contact_port=0 * force, contact_vessels=0 * force), scene, parts
     )
     assert found["contact_force_N"] == {"port": 0.0, "organ": 7.0, "vessels": 0.0}
-
-
-def test_every_key_is_documented():
-    page = Path(__file__).parents[2] / "docs" / "hands_on.md"
-    scene, _, parts = setting()
-    words = set(re.findall(r"`([a-z_A-Z]+)[`.]", page.read_text(encoding="utf-8")))
-    assert set(summary(short_run(), scene, parts)) - words == set()

@@ -7,7 +7,8 @@ import numpy as np
 import pytest
 
 from primitives.errors import InputError, UnknownNameError
-from scenarios.analysis.hands_on_metrics import guided, shaft_lines, summary
+from scenarios.analysis.hands_on_metrics import guided, summary
+from scenarios.analysis.tool_poses import shaft_lines
 from scenarios.analysis.trace import Trace
 from scenarios.hands_on.parts import build_parts
 from scenarios.hands_on.pull import Waypoint

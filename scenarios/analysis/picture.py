@@ -1,0 +1,110 @@
+"""A figure as data: what is drawn, with its units and caption, before any library draws it.
+
+`draw_plotly` makes it a part of a page, `draw_matplotlib` a PNG and an SVG; both draw every line of it.
+"""
+
+from collections.abc import Mapping
+from dataclasses import dataclass, field
+from typing import Literal
+
+from primitives.checks import Array
+
+GREY, BLUE, VERMILION, GREEN, ORANGE, SKY, PURPLE, BLACK = (
+    "#767676",
+    "#0072B2",
+    "#D55E00",
+    "#009E73",
+    "#E69F00",
+    "#56B4E9",
+    "#CC79A7",
+    "#222222",
+)
+"""The colours of M. Okabe and K. Ito, told apart with any colour vision, and two greys."""
+Dash = Literal["solid", "dash", "dot", "dashdot"]
+
+
+@dataclass(frozen=True)
+class Line:
+    """A curve, or points where `marks` says so; x and y (k,)."""
+
+    label: str
+    x: Array
+    y: Array
+    colour: str
+    dash: Dash = "solid"
+    marks: Literal["", "dots", "diamonds"] = ""
+    width: float = 1.8
+
+
+@dataclass(frozen=True)
+class Level:
+    """A horizontal line with its name."""
+
+    y: float
+    label: str
+
+
+@dataclass(frozen=True)
+class Panel:
+    """One pair of axes.
+
+    Attributes
+    ----------
+    x_label, y_label : with units. shaded : the part below this y is shaded, or None.
+    x_range, y_range : limits; None to fit. rows : {y: name} in the place of the numbers of the y axis.
+    """
+
+    title: str
+    x_label: str
+    y_label: str
+    lines: tuple[Line, ...]
+    levels: tuple[Level, ...] = ()
+    shaded: float | None = None
+    x_range: tuple[float, float] | None = None
+    y_range: tuple[float, float] | None = None
+    rows: Mapping[float, str] = field(default_factory=dict)
+
+
+@dataclass(frozen=True)
+class Chart:
+    """Panels in so many columns, row by row; heights are in pixels of a page of 1040.
+
+    Attributes
+    ----------
+    name : of its files. title, caption : the caption says what one sees.
+    shared_x : whether all panels have the same x axis.
+    """
+
+    name: str
+    title: str
+    caption: str
+    panels: tuple[Panel, ...]
+    columns: int = 1
+    panel_height: int = 260
+    shared_x: bool = True
+
+
+@dataclass(frozen=True)
+class Dots:
+    """Points in space, (k, 3)."""
+
+    label: str
+    points: Array
+    colour: str
+    size: float
+    opacity: float
+
+
+@dataclass(frozen=True)
+class Space:
+    """Paths among points in space; coordinates as axis_label says, "x" being replaced by the axis' name."""
+
+    name: str
+    title: str
+    caption: str
+    axis_label: str
+    clouds: tuple[Dots, ...]
+    paths: tuple[tuple[str, Array, str, Dash], ...]
+
+
+Picture = Chart | Space

@@ -1,0 +1,1 @@
+"""Commands of `vfi` that have a file of their own; `scenarios.cli` registers them."""

@@ -1,0 +1,1 @@
+"""Constraint sets from the files of other programs. One file a format."""
