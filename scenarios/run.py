@@ -95,7 +95,7 @@ def header(scene: Scene, controller: Controller | SeparateControllers, seed: int
         "tasks": [task.frame or controller.robot.tip for task in scene.tasks],
         "coordination": scene.coordination if scene.arms else "",
         "constraints": {c.name: c.definition.unit for c in scene.constraints},
-        "enforced": [c.name for c in scene.constraints if c.enforced],
+        "enforced": [c.name for c in controller.constraints if c.enforced],
         "versions": versions(),
         "resolved_scene": dump_scene(scene.located(Path.cwd())),
     }
