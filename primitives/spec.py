@@ -13,6 +13,8 @@ in radians, or texts such as "5 mm" and "30 deg"; what is written is the form ab
 """
 
 from collections.abc import Iterable
+from functools import reduce
+from operator import or_
 from pathlib import Path
 from typing import Annotated, Any, NamedTuple
 
@@ -23,7 +25,6 @@ from pydantic import (
     TypeAdapter,
     ValidationError,
     ValidationInfo,
-    WithJsonSchema,
 )
 
 from primitives.constraint import KEEPS, SAFETY_CLASSES, Constraint, ConstraintSet, Keep, SafetyClass
@@ -32,9 +33,9 @@ from primitives.files.document import Document, Mark, ValuePath
 from primitives.files.elements import ElementField, element_data
 from primitives.files.fields import Text, check_text, list_of, one_of
 from primitives.files.joints import Ranges
-from primitives.files.kinds import KINDS
+from primitives.files.kinds import KINDS, JointLimits
 from primitives.files.model import FileModel, gather, problem_at, validate
-from primitives.files.quantities import quantity
+from primitives.files.quantities import or_text, quantity
 from primitives.files.yaml_file import read, write
 from primitives.pair import CLOUD_PAIRS
 from primitives.registry import pairs
@@ -58,12 +59,13 @@ def _distance(value: Any, info: ValidationInfo) -> Any:
 
 
 class _ConstraintModel(FileModel):
+    declares = Constraint
     name: Text
     first: ElementField
     second: ElementField
     keep: Annotated[Keep, one_of("side to keep", lambda: KEEPS)]
     pair: Annotated[str, one_of("pair", pair_names)] = ""
-    safe_distance: Annotated[float, Field(ge=0.0), BeforeValidator(_distance, json_schema_input_type=float | str)]
+    safe_distance: Annotated[float, Field(ge=0.0), BeforeValidator(_distance), or_text("a length", "an angle")]
     safety_class: Annotated[SafetyClass, one_of("safety class", lambda: SAFETY_CLASSES)] = "patient"
     enforced: bool = True
 
@@ -125,15 +127,19 @@ def declared_names(data: Any) -> list[str | None]:
     return [name if isinstance(name, str) else None for name in names]
 
 
-DeclaredField = Annotated[
-    Declared, PlainValidator(_declared), WithJsonSchema({"type": "array", "items": {"$ref": "#/$defs/constraint"}})
-]
+_Entry: Any = reduce(or_, (kind for kind in KINDS.values() if kind is not JointLimits), _ConstraintModel)
+DeclaredField = Annotated[Declared, PlainValidator(_declared, json_schema_input_type=list[_Entry | JointLimits])]
 """A list of constraints in a file; the names given to `validate` as "frame" are the frames it may refer to."""
-ConstraintsField = Annotated[ConstraintSet, PlainValidator(lambda data, info: _no_limits(_declared(data, info)))]
+ConstraintsField = Annotated[
+    ConstraintSet,
+    PlainValidator(lambda data, info: _no_limits(_declared(data, info)), json_schema_input_type=list[_Entry]),
+]
 """The same where there is no robot whose joints could be limited."""
 
 
-class _ConstraintsModel(FileModel):
+class ConstraintsModel(FileModel):
+    """The key of a file with constraints alone."""
+
     constraints: ConstraintsField
 
 
@@ -148,7 +154,7 @@ def load_constraints(path: str | Path, *, frames: Iterable[str] | None = None) -
     ------
     FileError : everything that is wrong with the file, a line each, with file and line.
     """
-    return validate(_ConstraintsModel, read(path), {"frame": frames}).constraints
+    return validate(ConstraintsModel, read(path), {"frame": frames}).constraints
 
 
 def constraints_from_data(
@@ -166,7 +172,7 @@ def constraints_from_data(
     FileError : everything that is wrong with the data.
     """
     document = Document({"constraints": data}, {(): Mark(name, 0)})
-    return validate(_ConstraintsModel, document, {"frame": frames}).constraints
+    return validate(ConstraintsModel, document, {"frame": frames}).constraints
 
 
 def constraints_data(constraints: ConstraintSet) -> list[dict[str, Any]]:

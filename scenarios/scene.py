@@ -17,11 +17,13 @@ from scenarios.trajectory import PoseTrajectory
 from vfi.tasks import PoseTask
 
 MAX_CYCLES = 10_000_000
+NAME = "[A-Za-z0-9][A-Za-z0-9._-]{0,63}"
+"""Regular expression of the names of scenes."""
 
 
 def check_name(name: str) -> str:
     """A name that may also name a file; raises InputError."""
-    if not isinstance(name, str) or not re.fullmatch("[A-Za-z0-9][A-Za-z0-9._-]{0,63}", name):
+    if not isinstance(name, str) or not re.fullmatch(NAME, name):
         raise InputError(f"name of a scene: expected 1 to 64 letters, digits, '.', '_' or '-', got {name!r:.80}")
     return name
 

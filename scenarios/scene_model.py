@@ -9,19 +9,20 @@ from pydantic import AfterValidator, Field, PlainValidator, TypeAdapter, Validat
 
 from primitives.constraint import ConstraintSet
 from primitives.errors import InputError
-from primitives.files.fields import Numbers, Positive, Text, check_text, list_of, refers_to
+from primitives.files.fields import Numbers, Positive, Text, check_text, items, list_of, refers_to
 from primitives.files.joints import Configuration, Ranges, RangesField
 from primitives.files.model import FileModel, gather, show
 from primitives.files.quantities import Period, Position, Rate, Rotation, Span
 from primitives.spec import Declared, DeclaredField, constraints_data
 from scenarios.by_hand.model import GuideModel, JointParametersField, by_hand_data
 from scenarios.own_robot_file import RobotField, robot_data
-from scenarios.scene import Scene, check_duration, check_name
+from scenarios.scene import NAME, Scene, check_duration, check_name
 from scenarios.trajectory import PoseTrajectory, Waypoint
 from vfi.tasks import PoseTask
 
 
 class _WaypointModel(FileModel):
+    declares = Waypoint
     position: Position
     rotation: Rotation = Field(default=[0.0, 0.0, 0.0])
 
@@ -33,7 +34,8 @@ def _some(value: list[_WaypointModel]) -> list[_WaypointModel]:
 
 
 class _ReferenceModel(FileModel):
-    waypoints: Annotated[list[_WaypointModel], list_of(_WaypointModel), AfterValidator(_some)]
+    declares = PoseTrajectory
+    waypoints: Annotated[list[_WaypointModel], list_of(_WaypointModel), AfterValidator(_some), items(1)]
     segment: Span
 
 
@@ -44,10 +46,11 @@ def _weight(value: list[float]) -> list[float]:
 
 
 class _TaskModel(FileModel):
+    declares = PoseTask
     frame: Annotated[Text, refers_to("frame")] | None = None
     gain: Rate = PoseTask.gain
     damping: Positive = PoseTask.damping
-    weight: Annotated[Numbers, AfterValidator(_weight)] = [1.0] * 8
+    weight: Annotated[Numbers, AfterValidator(_weight), items(8, 8)] = [1.0] * 8
 
 
 def _duration(value: float, info: ValidationInfo) -> float:
@@ -86,10 +89,14 @@ def chosen(declared: Declared, enforce: list[str] | None) -> ConstraintSet:
     return declared.constraints if enforce is None else declared.constraints.enforcing(enforce)
 
 
+SceneName = Annotated[Text, AfterValidator(check_name), Field(json_schema_extra={"pattern": f"^{NAME}$"})]
+
+
 class SceneModel(FileModel):
     """The keys of a scene file, once those of its base are joined."""
 
-    name: Annotated[Text, AfterValidator(check_name)]
+    declares = Scene
+    name: SceneName
     summary: Text
     robot: RobotField
     group: Annotated[Text, refers_to("joint group")]
@@ -100,7 +107,9 @@ class SceneModel(FileModel):
     reference: _ReferenceModel
     period: Period
     duration: Duration
-    eta: Annotated[float | Mapping[str, float], PlainValidator(_eta)] = Scene.eta
+    eta: Annotated[float | Mapping[str, float], PlainValidator(_eta, json_schema_input_type=Rate | dict[str, Rate])] = (
+        Scene.eta
+    )
     limit_eta: Rate = Scene.limit_eta
     limits: LimitsField = Field(default_factory=dict)
     hand: GuideModel | None = None

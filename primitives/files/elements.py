@@ -13,14 +13,14 @@ what it is attached to: a robot's `frame`, a moving `entity`, or the world where
 
 from abc import abstractmethod
 from math import hypot
-from typing import Annotated, Any
+from typing import Annotated, Any, Literal
 
 import numpy as np
-from pydantic import AfterValidator, Field, PlainValidator, ValidationInfo, WithJsonSchema
+from pydantic import AfterValidator, Field, PlainValidator, ValidationInfo
 
 from primitives.elements import WORLD, Cloud, Element, Line, Plane, Point, Segment
 from primitives.errors import InputError, UnknownNameError
-from primitives.files.fields import Numbers, Text, Vector, check_text, refers_to
+from primitives.files.fields import Numbers, Text, Vector, check_text, items, one_of, refers_to
 from primitives.files.model import FileModel, problem_at, show
 from primitives.files.quantities import Length, Position
 
@@ -36,7 +36,8 @@ Direction = Annotated[Vector, AfterValidator(_direction)]
 
 
 class _Attached(FileModel):
-    kind: str
+    declares = Element
+    kind: Any
     frame: Annotated[Text, refers_to("frame")] = WORLD
     entity: Text | None = None
 
@@ -45,6 +46,8 @@ class _Attached(FileModel):
 
 
 class _Point(_Attached):
+    declares = Point
+    kind: Literal["point"]
     position: Position
 
     def build(self) -> Element:
@@ -52,6 +55,8 @@ class _Point(_Attached):
 
 
 class _Line(_Attached):
+    declares = Line
+    kind: Literal["line"]
     point: Position = Field(default=[0.0, 0.0, 0.0])
     direction: Direction = Field(default=[0.0, 0.0, 1.0])
 
@@ -60,6 +65,8 @@ class _Line(_Attached):
 
 
 class _Plane(_Attached):
+    declares = Plane
+    kind: Literal["plane"]
     point: Position
     normal: Direction
 
@@ -68,6 +75,8 @@ class _Plane(_Attached):
 
 
 class _Segment(_Attached):
+    declares = Segment
+    kind: Literal["segment"]
     start: Position
     end: Position
 
@@ -77,6 +86,8 @@ class _Segment(_Attached):
 
 
 class _Cloud(_Attached):
+    declares = Cloud
+    kind: Literal["cloud"]
     cloud: Annotated[Text, refers_to("cloud")]
 
     def build(self) -> Element:
@@ -84,7 +95,8 @@ class _Cloud(_Attached):
 
 
 class _Exact(_Attached):
-    dual_quaternion: Numbers
+    kind: Annotated[str, one_of("kind of element", lambda: _SHAPES)]
+    dual_quaternion: Annotated[Numbers, items(8, 8)]
     length: Length = 0.0
     cloud: Annotated[Text, refers_to("cloud")] | None = None
 
@@ -120,7 +132,11 @@ def element_from(data: Any, info: ValidationInfo) -> Element:
         return model.model_validate(data, context=info.context).build()
 
 
-ElementField = Annotated[Element, PlainValidator(element_from), WithJsonSchema({"$ref": "#/$defs/element"})]
+AnyShape = _Point | _Line | _Plane | _Segment | _Cloud | _Exact
+"""How an element may be written."""
+SHAPES: dict[str, Any] = {"": AnyShape, "point": _Point | _Exact, "line": _Line | _Exact}
+"""How one of a kind may be written; "" is any."""
+ElementField = Annotated[Element, PlainValidator(element_from, json_schema_input_type=AnyShape)]
 """An element in a file; the names given to `validate` as "frame" are the frames it may refer to."""
 
 

@@ -2,15 +2,15 @@
 
 from abc import abstractmethod
 from collections.abc import Callable
-from typing import Annotated, Any, Literal
+from typing import Annotated, Any, ClassVar, Literal
 
-from pydantic import Field, PlainValidator, ValidationInfo, WithJsonSchema
+from pydantic import Field, PlainValidator, ValidationInfo
 
 from primitives import kinds
 from primitives.constraint import SAFETY_CLASSES, Constraint, SafetyClass
 from primitives.elements import Element, Line, Plane, Point
 from primitives.errors import InputError
-from primitives.files.elements import Direction, ElementField, element_from
+from primitives.files.elements import SHAPES, Direction, ElementField, element_from
 from primitives.files.fields import Text, one_of, refers_to
 from primitives.files.joints import Ranges, RangesField
 from primitives.files.model import FileModel
@@ -27,16 +27,16 @@ def _part(kind: str, make: Callable[[str], Element]) -> Any:
             raise InputError(f"expected a {kind}, got a {element.kind}")
         return element
 
-    return PlainValidator(build)
+    return PlainValidator(build, json_schema_input_type=Annotated[str, Field(min_length=1)] | SHAPES[kind])
 
 
-_SCHEMA = WithJsonSchema({"anyOf": [{"type": "string"}, {"$ref": "#/$defs/element"}]})
-What = Annotated[Element, _part("", kinds.origin_of), _SCHEMA]
-WhatPoint = Annotated[Point, _part("point", kinds.origin_of), _SCHEMA]
-Shaft = Annotated[Line, _part("line", Line.z_axis), _SCHEMA]
+What = Annotated[Element, _part("", kinds.origin_of)]
+WhatPoint = Annotated[Point, _part("point", kinds.origin_of)]
+Shaft = Annotated[Line, _part("line", Line.z_axis)]
 
 
 class _Kind(FileModel):
+    declares: ClassVar[Any] = Constraint
     name: Text
     safety_class: Annotated[SafetyClass, one_of("safety class", lambda: SAFETY_CLASSES)] = "patient"
     enforced: bool = True
@@ -49,6 +49,7 @@ class _Kind(FileModel):
 
 
 class _Forbidden(_Kind):
+    declares = kinds.forbidden_region
     kind: Literal["forbidden_region"]
     what: What
     around: ElementField
@@ -62,6 +63,7 @@ class _Forbidden(_Kind):
 
 
 class _Inside(_Forbidden):
+    declares = kinds.stay_inside
     kind: Literal["stay_inside"]  # type: ignore[assignment]
 
     def build(self) -> Constraint:
@@ -71,6 +73,7 @@ class _Inside(_Forbidden):
 
 
 class _Above(_Kind):
+    declares = kinds.keep_above
     kind: Literal["keep_above"]
     what: WhatPoint
     point: Position
@@ -83,6 +86,7 @@ class _Above(_Kind):
 
 
 class _Below(_Above):
+    declares = kinds.keep_below
     kind: Literal["keep_below"]  # type: ignore[assignment]
 
     def build(self) -> Constraint:
@@ -91,6 +95,7 @@ class _Below(_Above):
 
 
 class _Cone(_Kind):
+    declares = kinds.cone
     kind: Literal["cone"]
     axis: Shaft
     around: Direction
@@ -101,6 +106,7 @@ class _Cone(_Kind):
 
 
 class _Rcm(_Kind):
+    declares = kinds.rcm
     kind: Literal["rcm"]
     shaft: Shaft
     port: Position
@@ -111,6 +117,7 @@ class _Rcm(_Kind):
 
 
 class _OfCloud(_Kind):
+    declares = kinds.cloud
     kind: Literal["cloud"]
     what: What
     cloud: Annotated[Text, refers_to("cloud")]

@@ -3,7 +3,7 @@
 from dataclasses import asdict, fields
 from typing import Annotated, Any, Self, get_args
 
-from pydantic import AfterValidator, Field, PlainValidator, create_model, model_validator
+from pydantic import ConfigDict, Field, PlainValidator, TypeAdapter, WithJsonSchema, create_model, model_validator
 
 from admittance import NEURO8, TABLE_1, Parameters
 from primitives.errors import InputError, UnknownNameError
@@ -34,14 +34,15 @@ from scenarios.hands_on.pull import WAYS, Pull, Waypoint
 from scenarios.hands_on.push import Push
 from scenarios.hands_on.scene import HandsOnScene
 from scenarios.own_robot_file import RobotField, robot_data
-from scenarios.scene import check_name
-from scenarios.scene_model import Duration, LimitsField, chosen
+from scenarios.scene_model import Duration, LimitsField, SceneName, chosen
 
 PARAMETERS = {"table-1": TABLE_1, "neuro8": NEURO8}
 """Sets of parameters that a file can begin from."""
 
 
 class _WaypointModel(FileModel):
+    declares = Waypoint
+    model_config = ConfigDict(json_schema_extra={"anyOf": [{"required": [way]} for way in WAYS]})
     t: Moment
     to: Position | None = None
     into: Text | None = None
@@ -75,6 +76,8 @@ _HANDS = ("waypoints", "wrenches", "record")
 class _HandModel(FileModel):
     """A hand that pulls along waypoints, or one whose wrenches are given, here or on a record."""
 
+    declares = Pull
+    model_config = ConfigDict(json_schema_extra={"anyOf": [{"required": [way]} for way in _HANDS]})
     waypoints: Annotated[list[_WaypointModel], list_of(_WaypointModel)] | None = None
     wrenches: Annotated[list[_WrenchModel], list_of(_WrenchModel)] | None = None
     record: Text | None = None
@@ -129,6 +132,7 @@ def _hand_data(hand: Pull | Push) -> dict[str, Any]:
 
 
 class _AnatomyModel(FileModel):
+    declares = AnatomySource
     kind: Annotated[str, one_of("kind of anatomy", lambda: KINDS)]
     cover: dict[str, PositiveLength]
     at: Position = Field(default=[0.0, 0.0, 0.0])
@@ -150,16 +154,21 @@ class _AnatomyModel(FileModel):
         return AnatomySource(**(self.model_dump() | {"at": _triple(self.at)}))
 
 
+class _Declared(FileModel):
+    declares = Parameters
+
+
 _FIELDS: dict[str, Any] = {
     **{f.name: (Numbers if isinstance(f.default, tuple) else float, f.default) for f in fields(Parameters)},
     **{name: (Length, getattr(TABLE_1, name)) for name in ("d_0", "shaft_length")},
     **{name: (Annotated[float, of("a rate")], getattr(TABLE_1, name)) for name in ("alpha", "beta", "port_gain")},
     "k": (Annotated[float, of("an energy")], TABLE_1.k),
-    "W": (Any, TABLE_1.W),
+    "W": (Annotated[Any, WithJsonSchema(TypeAdapter(float | Numbers).json_schema())], TABLE_1.W),
     "implicit_damping": (bool, TABLE_1.implicit_damping),
     "set": (Annotated[str, one_of("set of parameters", lambda: PARAMETERS)], "table-1"),
 }
-_ParametersModel = create_model("_ParametersModel", __base__=FileModel, **_FIELDS)
+_ParametersModel = create_model("_ParametersModel", __base__=_Declared, **_FIELDS)
+_Written = Annotated[str, one_of("set of parameters", lambda: PARAMETERS)] | _ParametersModel
 
 
 def _parameters(value: Any) -> Parameters:
@@ -184,7 +193,8 @@ def _problem(name: str, value: Any) -> str:
 class HandsOnModel(FileModel):
     """The keys of a hands-on scene file, once those of its base are joined."""
 
-    name: Annotated[Text, AfterValidator(check_name)]
+    declares = HandsOnScene
+    name: SceneName
     summary: Text
     robot: RobotField
     group: Annotated[Text, refers_to("joint group")] = "all"
@@ -192,7 +202,7 @@ class HandsOnModel(FileModel):
     start: Configuration
     port: Position
     port_radius: PositiveLength = HandsOnScene.port_radius
-    parameters: Annotated[Parameters, PlainValidator(_parameters)] = TABLE_1
+    parameters: Annotated[Parameters, PlainValidator(_parameters, json_schema_input_type=_Written)] = TABLE_1
     form: Annotated[str, one_of("form", lambda: ("reduced", "full", "printed"))] = HandsOnScene.form
     integrator: Annotated[str, one_of("integrator", lambda: ("semi-implicit", "euler", "rk4", "robust"))] = (
         HandsOnScene.integrator
