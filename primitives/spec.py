@@ -29,11 +29,12 @@ from pydantic import (
 
 from primitives.constraint import KEEPS, SAFETY_CLASSES, Constraint, ConstraintSet, Keep, SafetyClass
 from primitives.errors import InputError, UnknownNameError
+from primitives.files.by_kind import ByKind
 from primitives.files.document import Document, Mark, ValuePath
 from primitives.files.elements import ElementField, element_data
 from primitives.files.fields import Text, check_text, list_of, one_of
 from primitives.files.joints import Ranges
-from primitives.files.kinds import KINDS, JointLimits
+from primitives.files.kinds import KINDS
 from primitives.files.model import FileModel, gather, problem_at, validate
 from primitives.files.quantities import or_text, quantity
 from primitives.files.yaml_file import read, write
@@ -127,12 +128,20 @@ def declared_names(data: Any) -> list[str | None]:
     return [name if isinstance(name, str) else None for name in names]
 
 
-_Entry: Any = reduce(or_, (kind for kind in KINDS.values() if kind is not JointLimits), _ConstraintModel)
-DeclaredField = Annotated[Declared, PlainValidator(_declared, json_schema_input_type=list[_Entry | JointLimits])]
+def _entries(*kinds: str) -> Any:
+    """How a list of constraints of these kinds, and of the plain form, may be written."""
+    models: Any = [*(KINDS[kind] for kind in kinds), _ConstraintModel]
+    return list[Annotated[reduce(or_, models), ByKind(kinds, {"not": {"required": ["kind"]}})]]
+
+
+DeclaredField = Annotated[Declared, PlainValidator(_declared, json_schema_input_type=_entries(*KINDS))]
 """A list of constraints in a file; the names given to `validate` as "frame" are the frames it may refer to."""
 ConstraintsField = Annotated[
     ConstraintSet,
-    PlainValidator(lambda data, info: _no_limits(_declared(data, info)), json_schema_input_type=list[_Entry]),
+    PlainValidator(
+        lambda data, info: _no_limits(_declared(data, info)),
+        json_schema_input_type=_entries(*(kind for kind in KINDS if kind != "joint_limits")),
+    ),
 ]
 """The same where there is no robot whose joints could be limited."""
 

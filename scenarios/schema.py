@@ -4,10 +4,11 @@ A schema knows what a file may hold, not what its names refer to: frames, joints
 It takes whatever is loaded, and refuses what is wrong in a file's form.
 """
 
+from collections.abc import Iterable
 from typing import Annotated, Any
 
 from pydantic import Field, GetJsonSchemaHandler
-from pydantic.json_schema import GenerateJsonSchema, models_json_schema
+from pydantic.json_schema import GenerateJsonSchema, JsonSchemaMode, models_json_schema
 from pydantic_core import CoreSchema
 
 from primitives.files.fields import items
@@ -18,16 +19,18 @@ from scenarios.includes import KEYS, MAX_FILES
 from scenarios.scene_file import HANDS_ON_KEYS
 from scenarios.scene_model import SceneModel
 
+DIALECT = GenerateJsonSchema.schema_dialect
+
 
 class _WithOthers(FileModel):
-    """What a scene file may hold beside its own keys."""
+    """What a scene file may hold beside its own keys; see `scenarios.includes`."""
 
-    base: Annotated[str, Field(description="file of the same folder; its keys stand where this file does not.")] = ""
-    include: Annotated[
-        list[str], items(0, MAX_FILES), Field(description="files of the same folder, whose sets may be used.")
-    ] = []
-    sets: Annotated[dict[str, DeclaredField], Field(description="lists of constraints by name.")] = {}
-    use: Annotated[list[str], Field(description="sets that are joined behind the constraints.")] = []
+    base: str = Field(default="", description="A file of the same folder; its keys hold where this file has none.")
+    include: Annotated[list[str], items(0, MAX_FILES)] = Field(
+        default_factory=list, description="Files of the same folder whose sets may be used."
+    )
+    sets: dict[str, DeclaredField] = Field(default_factory=dict, description="Lists of constraints by name.")
+    use: list[str] = Field(default_factory=list, description="Sets that are joined behind the constraints.")
 
     @classmethod
     def __get_pydantic_json_schema__(cls, core: CoreSchema, handler: GetJsonSchemaHandler, /) -> dict[str, Any]:
@@ -49,32 +52,32 @@ class _HandsOnFile(HandsOnModel, _WithOthers):
     """A hands-on scene: a hand leads a tool through a port."""
 
 
-def _any_of(keys: Any) -> dict[str, Any]:
+def _any_of(keys: Iterable[str]) -> dict[str, Any]:
     return {"anyOf": [{"required": [key]} for key in sorted(keys)]}
 
 
-def scene_schema() -> dict[str, Any]:
-    """JSON Schema of scene files; which kind a file is, is decided as `scenarios.scene_file.load_any` does.
+def _switch(*cases: tuple[Iterable[str], Any], otherwise: Any) -> Any:
+    """The schema of the first case of which a file has a key."""
+    for keys, found in reversed(cases):
+        otherwise = {"if": _any_of(keys), "then": found, "else": otherwise}
+    return otherwise
 
-    What only the base of a file can tell leaves both.
+
+def scene_schema() -> dict[str, Any]:
+    """JSON Schema of scene files; which kind a file is of is decided as `scenarios.scene_file.load_any` does.
+
+    Where only the base of a file can tell, and no key that one of the kinds alone has, it may be of either.
     """
-    models = [(_SceneFile, "validation"), (_HandsOnFile, "validation")]
-    refs, definitions = models_json_schema(models, ref_template="#/$defs/{model}")
+    models: list[tuple[type[FileModel], JsonSchemaMode]] = [(_SceneFile, "validation"), (_HandsOnFile, "validation")]
+    refs, definitions = models_json_schema(models)
     scene, hands_on = (refs[model] for model in models)
-    without_base = {"if": _any_of(HANDS_ON_KEYS), "then": hands_on, "else": scene}
-    without_reference = {"if": _any_of(["base"]), "then": {"anyOf": [scene, hands_on]}, "else": without_base}
-    return {
-        "$schema": GenerateJsonSchema.schema_dialect,
-        "title": "Scene of active-constraints",
-        "type": "object",
-        "if": _any_of(["reference"]),
-        "then": scene,
-        "else": without_reference,
-        **definitions,
-    }
+    own, other = _SceneFile.model_fields.keys(), _HandsOnFile.model_fields.keys()
+    on_base = _switch((other - own, hands_on), (own - other, scene), otherwise={"anyOf": [scene, hands_on]})
+    found = _switch((["reference"], scene), (["base"], on_base), (HANDS_ON_KEYS, hands_on), otherwise=scene)
+    return {"$schema": DIALECT, "title": "Scene of active-constraints", "type": "object", **found, **definitions}
 
 
 def constraints_schema() -> dict[str, Any]:
     """JSON Schema of files with constraints alone, as `primitives.spec.load_constraints` takes them."""
     schema = ConstraintsModel.model_json_schema()
-    return {"$schema": GenerateJsonSchema.schema_dialect, "title": "Constraints of active-constraints", **schema}
+    return {"$schema": DIALECT, "title": "Constraints of active-constraints", **schema}

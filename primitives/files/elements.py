@@ -12,7 +12,10 @@ what it is attached to: a robot's `frame`, a moving `entity`, or the world where
 """
 
 from abc import abstractmethod
+from collections.abc import Mapping
+from functools import reduce
 from math import hypot
+from operator import or_
 from typing import Annotated, Any, Literal
 
 import numpy as np
@@ -20,6 +23,7 @@ from pydantic import AfterValidator, Field, PlainValidator, ValidationInfo
 
 from primitives.elements import WORLD, Cloud, Element, Line, Plane, Point, Segment
 from primitives.errors import InputError, UnknownNameError
+from primitives.files.by_kind import ByKind
 from primitives.files.fields import Numbers, Text, Vector, check_text, items, one_of, refers_to
 from primitives.files.model import FileModel, problem_at, show
 from primitives.files.quantities import Length, Position
@@ -132,11 +136,14 @@ def element_from(data: Any, info: ValidationInfo) -> Element:
         return model.model_validate(data, context=info.context).build()
 
 
-AnyShape = _Point | _Line | _Plane | _Segment | _Cloud | _Exact
-"""How an element may be written."""
-SHAPES: dict[str, Any] = {"": AnyShape, "point": _Point | _Exact, "line": _Line | _Exact}
-"""How one of a kind may be written; "" is any."""
-ElementField = Annotated[Element, PlainValidator(element_from, json_schema_input_type=AnyShape)]
+def _written(*kinds: str) -> Any:
+    models: Any = [*(_SHAPES[kind] for kind in kinds), _Exact]
+    return Annotated[reduce(or_, models), ByKind(kinds, {"required": ["dual_quaternion"]})]
+
+
+SHAPES: Mapping[str, Any] = {"": _written(*_SHAPES), **{kind: _written(kind) for kind in _SHAPES}}
+"""How an element of a kind, "" for any, may be written."""
+ElementField = Annotated[Element, PlainValidator(element_from, json_schema_input_type=SHAPES[""])]
 """An element in a file; the names given to `validate` as "frame" are the frames it may refer to."""
 
 

@@ -61,7 +61,7 @@ def quantity(value: Any, *dimensions: str) -> Any:
     if not isinstance(value, str):
         return value
     units = {unit: convert for d in dimensions for unit, convert in UNITS[d].items()}
-    expected = f"{' or '.join(dimensions)}: a number in {_first(dimensions)}, or a text with {', '.join(units)}"
+    expected = _expected(dimensions)
     found = _QUANTITY.fullmatch(value.strip()) if len(value) <= LONGEST else None
     if found is None:
         raise InputError(f"expected {expected}, got {show(value)}")
@@ -77,8 +77,10 @@ def quantity(value: Any, *dimensions: str) -> Any:
         raise InputError(f"expected {expected}, got {show(value)}") from None
 
 
-def _first(dimensions: tuple[str, ...]) -> str:
-    return " or ".join(next(iter(UNITS[d])) for d in dimensions)
+def _expected(dimensions: tuple[str, ...]) -> str:
+    first = " or ".join(next(iter(UNITS[d])) for d in dimensions)
+    units = ", ".join(unit for d in dimensions for unit in UNITS[d])
+    return f"{' or '.join(dimensions)}: a number in {first}, or a text with {units}"
 
 
 class or_text:  # noqa: N801
@@ -90,8 +92,13 @@ class or_text:  # noqa: N801
     def __get_pydantic_json_schema__(self, core: CoreSchema, handler: GetJsonSchemaHandler) -> dict[str, Any]:
         number = handler(core)
         signed = not {"minimum", "exclusiveMinimum"} & number.keys()
-        text = {"type": "string", "pattern": _pattern(self.dimensions, signed=signed), "maxLength": LONGEST}
-        return {"anyOf": [number, text]}
+        return {
+            **number,
+            "type": ["number", "string"],
+            "pattern": _pattern(self.dimensions, signed=signed),
+            "patternErrorMessage": f"expected {_expected(self.dimensions)}{'' if signed else '; not below 0'}",
+            "maxLength": LONGEST,
+        }
 
 
 class of(or_text):  # noqa: N801

@@ -1,7 +1,7 @@
 """`vfi schema`: what editors need to complete and check scene files."""
 
 import json
-from enum import Enum
+from enum import StrEnum
 from typing import Annotated
 
 import typer
@@ -9,7 +9,7 @@ import typer
 from scenarios.commands.errors import one_clear_line
 
 
-class FileKind(str, Enum):
+class FileKind(StrEnum):
     """The kinds of files there is a schema of."""
 
     scene = "scene"
