@@ -131,7 +131,7 @@ def declared_names(data: Any) -> list[str | None]:
 def _entries(*kinds: str) -> Any:
     """How a list of constraints of these kinds, and of the plain form, may be written."""
     models: Any = [*(KINDS[kind] for kind in kinds), _ConstraintModel]
-    return list[Annotated[reduce(or_, models), ByKind(kinds, {"not": {"required": ["kind"]}})]]
+    return list[Annotated[reduce(or_, models), ByKind(kinds, {"not": {"required": ["kind"]}})]]  # type: ignore[misc]
 
 
 DeclaredField = Annotated[Declared, PlainValidator(_declared, json_schema_input_type=_entries(*KINDS))]

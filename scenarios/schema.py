@@ -7,8 +7,8 @@ It takes whatever is loaded, and refuses what is wrong in a file's form.
 from collections.abc import Iterable
 from typing import Annotated, Any
 
-from pydantic import Field, GetJsonSchemaHandler
-from pydantic.json_schema import GenerateJsonSchema, JsonSchemaMode, models_json_schema
+from pydantic import Field, GetJsonSchemaHandler, TypeAdapter
+from pydantic.json_schema import GenerateJsonSchema
 from pydantic_core import CoreSchema
 
 from primitives.files.fields import items
@@ -68,9 +68,9 @@ def scene_schema() -> dict[str, Any]:
 
     Where only the base of a file can tell, and no key that one of the kinds alone has, it may be of either.
     """
-    models: list[tuple[type[FileModel], JsonSchemaMode]] = [(_SceneFile, "validation"), (_HandsOnFile, "validation")]
-    refs, definitions = models_json_schema(models)
-    scene, hands_on = (refs[model] for model in models)
+    either: TypeAdapter[Any] = TypeAdapter(_SceneFile | _HandsOnFile)
+    definitions = either.json_schema()
+    scene, hands_on = definitions.pop("anyOf")
     own, other = _SceneFile.model_fields.keys(), _HandsOnFile.model_fields.keys()
     on_base = _switch((other - own, hands_on), (own - other, scene), otherwise={"anyOf": [scene, hands_on]})
     found = _switch((["reference"], scene), (["base"], on_base), (HANDS_ON_KEYS, hands_on), otherwise=scene)
