@@ -59,7 +59,7 @@ class Scene:
     group : joint group whose velocities are decided.
     start : (n,) first configuration of all joints, rad and m.
     constraints : enforced and watched ones.
-    task : what the tool does; reference : its reference.
+    task : what the tool does. reference : the way it is led.
     eta : gain of the inequalities, 1/s, one number or {constraint: gain} with "" for the others.
     limit_eta : gain of the joint-position limits, 1/s.
     period : T, seconds. duration : seconds, at most `MAX_CYCLES` periods.

@@ -93,7 +93,12 @@ SceneName = Annotated[Text, AfterValidator(check_name), Field(json_schema_extra=
 
 
 class SceneModel(FileModel):
-    """The keys of a scene file, once those of its base are joined."""
+    """The keys of a scene file, once those of its base are joined.
+
+    Attributes
+    ----------
+    enforce : names of the constraints that are enforced, the others are watched; left out, as each declares.
+    """
 
     declares = Scene
     name: SceneName

@@ -1,7 +1,7 @@
 """What an editor shows of a mapping in a file: a JSON Schema with the words of the docstring of what it declares."""
 
 import re
-from inspect import getdoc
+from inspect import cleandoc
 from typing import Any
 
 _SECTION = re.compile(r"^(?:Attributes|Parameters)\n-+\n(.*?)(?:\n\n|\Z)", re.MULTILINE | re.DOTALL)
@@ -10,7 +10,12 @@ _ENTRY = re.compile(r"(?:^|(?<=\. ))(\w+(?:, \w+)*) : ")
 
 def summary(thing: Any) -> str:
     """First paragraph of a docstring in one line; empty where there is none."""
-    return " ".join((getdoc(thing) or "").split("\n\n")[0].split())
+    return " ".join(_doc(thing).split("\n\n")[0].split())
+
+
+def _doc(thing: Any) -> str:
+    """The docstring of its own, not what `getdoc` finds in a base class."""
+    return cleandoc(thing.__doc__ or "")
 
 
 def described_names(thing: Any) -> dict[str, str]:
@@ -19,7 +24,7 @@ def described_names(thing: Any) -> dict[str, str]:
     Names that share an entry share its text: ``first, second : the elements``.
     """
     out: dict[str, str] = {}
-    for section in _SECTION.findall(getdoc(thing) or ""):
+    for section in _SECTION.findall(_doc(thing)):
         for entry in re.sub(r"\n +", " ", section).split("\n"):
             _, *found = _ENTRY.split(entry)
             for names, text in zip(found[::2], found[1::2], strict=True):
@@ -36,7 +41,7 @@ def describe(schema: dict[str, Any], things: list[Any]) -> None:
     """
     schema.pop("title", None)
     if words := next((words for thing in things if (words := summary(thing))), ""):
-        schema.setdefault("description", words)
+        schema["description"] = words
     known: dict[str, str] = {}
     for thing in reversed(things):
         known |= described_names(thing)

@@ -40,6 +40,13 @@ Direction = Annotated[Vector, AfterValidator(_direction)]
 
 
 class _Attached(FileModel):
+    """An element.
+
+    Attributes
+    ----------
+    cloud : name of a part of the anatomy.
+    """
+
     declares = Element
     kind: Any
     frame: Annotated[Text, refers_to("frame")] = WORLD
@@ -50,6 +57,13 @@ class _Attached(FileModel):
 
 
 class _Point(_Attached):
+    """A point.
+
+    Attributes
+    ----------
+    position : (3,) metres.
+    """
+
     declares = Point
     kind: Literal["point"]
     position: Position
@@ -59,6 +73,14 @@ class _Point(_Attached):
 
 
 class _Line(_Attached):
+    """A line.
+
+    Attributes
+    ----------
+    point : (3,) of the line, metres; the origin by default.
+    direction : (3,) along the line, of any length but zero; z by default.
+    """
+
     declares = Line
     kind: Literal["line"]
     point: Position = Field(default=[0.0, 0.0, 0.0])
@@ -69,6 +91,13 @@ class _Line(_Attached):
 
 
 class _Plane(_Attached):
+    """A plane; above it is the side that its normal points to.
+
+    Attributes
+    ----------
+    point : (3,) of the plane, metres. normal : (3,) of any length but zero.
+    """
+
     declares = Plane
     kind: Literal["plane"]
     point: Position
@@ -79,6 +108,13 @@ class _Plane(_Attached):
 
 
 class _Segment(_Attached):
+    """A segment, the axis of a capsule.
+
+    Attributes
+    ----------
+    start, end : (3,) metres.
+    """
+
     declares = Segment
     kind: Literal["segment"]
     start: Position
@@ -90,6 +126,8 @@ class _Segment(_Attached):
 
 
 class _Cloud(_Attached):
+    """A point cloud."""
+
     declares = Cloud
     kind: Literal["cloud"]
     cloud: Annotated[Text, refers_to("cloud")]
@@ -99,6 +137,8 @@ class _Cloud(_Attached):
 
 
 class _Exact(_Attached):
+    """An element by its dual quaternion."""
+
     kind: Annotated[str, one_of("kind of element", lambda: _SHAPES)]
     dual_quaternion: Annotated[Numbers, items(8, 8)]
     length: Length = 0.0

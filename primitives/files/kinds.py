@@ -36,6 +36,14 @@ Shaft = Annotated[Line, _part("line", Line.z_axis)]
 
 
 class _Kind(FileModel):
+    """A constraint of a kind.
+
+    Attributes
+    ----------
+    what : part of the tool: an element, or the name of a frame for its origin.
+    shaft, axis : line of the tool: an element, or the name of a frame for its z axis.
+    """
+
     declares: ClassVar[Any] = Constraint
     name: Text
     safety_class: Annotated[SafetyClass, one_of("safety class", lambda: SAFETY_CLASSES)] = "patient"
@@ -73,6 +81,14 @@ class _Inside(_Forbidden):
 
 
 class _Above(_Kind):
+    """Keep a point on the side of a plane that its normal points to, a distance away from it.
+
+    Attributes
+    ----------
+    point : (3,) of the plane, metres, world. normal : (3,) in the world, of any length but zero; z by default.
+    distance : metres.
+    """
+
     declares = kinds.keep_above
     kind: Literal["keep_above"]
     what: WhatPoint
@@ -86,6 +102,8 @@ class _Above(_Kind):
 
 
 class _Below(_Above):
+    """Keep a point on the side of a plane that its normal does not point to, a distance away from it."""
+
     declares = kinds.keep_below
     kind: Literal["keep_below"]  # type: ignore[assignment]
 
@@ -128,7 +146,12 @@ class _OfCloud(_Kind):
 
 
 class JointLimits(FileModel):
-    """Ranges of joints, which a scene keeps beside its constraints."""
+    """Ranges of joints, which a scene keeps beside its constraints.
+
+    Attributes
+    ----------
+    limits : {joint: [lower, upper]}, rad and m.
+    """
 
     kind: Literal["joint_limits"]
     limits: RangesField

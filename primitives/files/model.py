@@ -104,7 +104,8 @@ class FileModel(BaseModel):
 
     Attributes
     ----------
-    declares : what the mapping declares; its docstring describes the keys to editors.
+    declares : what the mapping declares; where the model's own docstring is silent, editors are told what this one's
+        says of the keys.
     """
 
     declares: ClassVar[Any] = None
@@ -113,8 +114,9 @@ class FileModel(BaseModel):
     @classmethod
     def __get_pydantic_json_schema__(cls, core: CoreSchema, handler: GetJsonSchemaHandler, /) -> dict[str, Any]:
         schema = handler(core)
-        things = (thing for c in cls.__mro__ if (thing := vars(c).get("declares")) is not None)
-        describe(handler.resolve_ref_schema(schema), list(things))
+        models = cls.__mro__[: cls.__mro__.index(FileModel)]
+        things = [thing for model in models for thing in (model, vars(model).get("declares")) if thing is not None]
+        describe(handler.resolve_ref_schema(schema), things)
         return schema
 
     @model_validator(mode="wrap")

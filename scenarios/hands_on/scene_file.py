@@ -41,6 +41,16 @@ PARAMETERS = {"table-1": TABLE_1, "neuro8": NEURO8}
 
 
 class _WaypointModel(FileModel):
+    """Where the hand wants the end of the shaft at a time: to, into or across something.
+
+    Attributes
+    ----------
+    to : (3,) relative to the port, metres, world axes.
+    into : a part of the anatomy, straight on from the last waypoint.
+    across : a part of the anatomy, on the line from the port through its nearest point, so that the shaft leans on it.
+    beyond : metres beyond the point of the part that is nearest to the last waypoint.
+    """
+
     declares = Waypoint
     model_config = ConfigDict(json_schema_extra={"anyOf": [{"required": [way]} for way in WAYS]})
     t: Moment
@@ -63,6 +73,13 @@ class _WaypointModel(FileModel):
 
 
 class _WrenchModel(FileModel):
+    """What the hand does from a time on.
+
+    Attributes
+    ----------
+    t : seconds. force : (3,) N, world axes. torque : (3,) Nm, world axes, at the handle.
+    """
+
     t: Moment
     force: Forces = Field(default=[0.0, 0.0, 0.0])
     torque: Torques = Field(default=[0.0, 0.0, 0.0])
@@ -74,7 +91,13 @@ _HANDS = ("waypoints", "wrenches", "record")
 
 
 class _HandModel(FileModel):
-    """A hand that pulls along waypoints, or one whose wrenches are given, here or on a record."""
+    """A hand that pulls along waypoints, or one whose wrenches are given, here or on a record.
+
+    Attributes
+    ----------
+    wrenches : a list of them, in the order of their times. record : a CSV file of the scene's folder in their place.
+    interpolate : straight lines from one wrench to the next, else each lasts until the next.
+    """
 
     declares = Pull
     model_config = ConfigDict(json_schema_extra={"anyOf": [{"required": [way]} for way in _HANDS]})
@@ -155,6 +178,13 @@ class _AnatomyModel(FileModel):
 
 
 class _Declared(FileModel):
+    """Parameters of the target admittance; four numbers stand for [along the shaft, about the port x 3].
+
+    Attributes
+    ----------
+    set : the set that the other keys change.
+    """
+
     declares = Parameters
 
 
@@ -191,7 +221,12 @@ def _problem(name: str, value: Any) -> str:
 
 
 class HandsOnModel(FileModel):
-    """The keys of a hands-on scene file, once those of its base are joined."""
+    """The keys of a hands-on scene file, once those of its base are joined.
+
+    Attributes
+    ----------
+    enforce : names of the constraints that are enforced, the others are watched; left out, as each declares.
+    """
 
     declares = HandsOnScene
     name: SceneName
