@@ -147,7 +147,12 @@ ConstraintsField = Annotated[
 
 
 class ConstraintsModel(FileModel):
-    """The key of a file with constraints alone."""
+    """A file with constraints alone.
+
+    Attributes
+    ----------
+    constraints : each of a kind, or in the plain form: first, second, keep and safe_distance.
+    """
 
     constraints: ConstraintsField
 

@@ -7,6 +7,8 @@ from typing import Any
 _SECTION = re.compile(r"^(?:Attributes|Parameters)\n-+\n(.*?)(?:\n\n|\Z)", re.MULTILINE | re.DOTALL)
 _ENTRY = re.compile(r"(?:^|(?<=\. ))(\w+(?:, \w+)*) : ")
 
+_NOTHING = {"type": "null"}
+
 
 def summary(thing: Any) -> str:
     """First paragraph of a docstring in one line; empty where there is none."""
@@ -35,6 +37,8 @@ def described_names(thing: Any) -> dict[str, str]:
 def describe(schema: dict[str, Any], things: list[Any]) -> None:
     """Put words into the JSON Schema of a mapping, in place of the titles that repeat its keys.
 
+    A value that may be left empty is checked as what it is where it is not, so that a mistake is shown at its place.
+
     Parameters
     ----------
     things : what the mapping declares; the first that knows of a key describes it.
@@ -51,3 +55,5 @@ def describe(schema: dict[str, Any], things: list[Any]) -> None:
             value["description"] = known[name]
         if value.get("default", 0) in (None, "", {}):
             del value["default"]
+        if value.get("anyOf", [])[1:] == [_NOTHING]:
+            value |= {"if": _NOTHING, "else": value.pop("anyOf")[0]}
