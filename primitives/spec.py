@@ -29,7 +29,6 @@ from pydantic import (
 
 from primitives.constraint import KEEPS, SAFETY_CLASSES, Constraint, ConstraintSet, Keep, SafetyClass
 from primitives.errors import InputError, UnknownNameError
-from primitives.files.by_kind import ByKind
 from primitives.files.document import Document, Mark, ValuePath
 from primitives.files.elements import ElementField, element_data
 from primitives.files.fields import Text, check_text, list_of, one_of
@@ -37,6 +36,7 @@ from primitives.files.joints import Ranges
 from primitives.files.kinds import KINDS
 from primitives.files.model import FileModel, gather, problem_at, validate
 from primitives.files.quantities import or_text, quantity
+from primitives.files.unions import ByKind
 from primitives.files.yaml_file import read, write
 from primitives.pair import CLOUD_PAIRS
 from primitives.registry import pairs

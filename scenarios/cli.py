@@ -61,6 +61,10 @@ def run(
         GuardMode | None,
         typer.Option(help="act on, only count, or skip what verification finds; default: act where rows enforce"),
     ] = None,
+    coordination: Annotated[
+        str | None,
+        typer.Option(help="Of several arms, names with commas: central, static, velocity; default: the scene's."),
+    ] = None,
     seed: Annotated[int, typer.Option(help="Seed of everything random.", min=0)] = 0,
     robot: Annotated[str | None, typer.Option(help="Another robot than the scene's.")] = None,
     plant: Annotated[
@@ -95,6 +99,7 @@ def run(
             solver=solver,
             period=period,
             guard=guard.value if guard is not None else None,
+            coordination=coordination,
             seed=seed,
             robot=robot,
             out=out,

@@ -16,6 +16,7 @@ class Choices:
 
     Attributes
     ----------
+    coordination : of scenes with several arms, see `scenarios.coordination`; names with commas: each in turn.
     solver : of scenes that follow a trajectory. guard : None for "act" where rows enforce the constraints, else "off".
     period : T, seconds. seed : of everything random.
     robot : another robot than the scene's. out : folder of traces.
@@ -25,6 +26,7 @@ class Choices:
     """
 
     solver: str = "active-set"
+    coordination: str | None = None
     period: float | None = None
     guard: str | None = None
     seed: int = 0

@@ -10,6 +10,7 @@ from primitives.files.fields import Positive, Text, one_of, refers_to
 from primitives.files.joints import RangesField
 from primitives.files.model import FileModel, show
 from primitives.files.quantities import Position, Rotation, of
+from primitives.files.unions import IfType
 from scenarios.own_robot import OwnRobot, Placement, SceneRobot
 from scenarios.robots import robots
 
@@ -69,7 +70,8 @@ def robot_from(value: Any, info: ValidationInfo) -> SceneRobot:
     raise UnknownNameError("robot", value[:60], robots.names())
 
 
-_Written = Annotated[str, one_of("robot", robots.names)] | OwnRobotModel
+_Registered = Annotated[str, one_of("robot", robots.names)]
+_Written = Annotated[_Registered | OwnRobotModel, IfType("string")]
 RobotField = Annotated[SceneRobot, PlainValidator(robot_from, json_schema_input_type=_Written)]
 _ROBOT: TypeAdapter[SceneRobot] = TypeAdapter(RobotField)
 

@@ -10,13 +10,16 @@ from typing import Any
 
 import numpy as np
 
+from primitives.constraint import ConstraintSet
 from primitives.errors import InputError
 from scenarios.analysis.recorder import Recorder
 from scenarios.analysis.trace import Trace
+from scenarios.coordination import SeparateControllers
 from scenarios.plants.kinematic import KinematicPlant
 from scenarios.scene import Scene
 from scenarios.scene_file import dump_scene
 from vfi.controller import Controller
+from vfi.tasks import PoseTask
 
 _PACKAGES = ("active-constraints", "numpy", "numba", "pin", "highspy")
 
@@ -26,24 +29,42 @@ def versions() -> dict[str, str]:
     return {"python": platform.python_version(), **{name: version(name) for name in _PACKAGES}}
 
 
-def build(scene: Scene, *, solver: str, guard: str, period: float | None, ring: int = 512) -> Controller:
-    """The controller of a scene.
+def build(
+    scene: Scene, *, solver: str, guard: str, period: float | None, ring: int = 512
+) -> Controller | SeparateControllers:
+    """The controller of a scene, or those of its arms.
 
     Raises
     ------
     InputError, UnknownNameError : the scene does not fit its robot, or a name or number is wrong.
     """
-    return Controller(
-        scene.build_robot(),
+    robot = scene.build_robot()
+
+    def controller(constraints: ConstraintSet, task: PoseTask | tuple[PoseTask, ...], group: str) -> Controller:
+        return Controller(
+            robot,
+            constraints,
+            task,
+            period=scene.period if period is None else period,
+            group=group,
+            eta=scene.eta,
+            limit_eta=scene.limit_eta,
+            solver=solver,
+            guard=guard,
+            ring=ring,
+        )
+
+    if scene.coordination == "central":
+        return controller(scene.constraints, scene.task, scene.group)
+    know = scene.coordination == "velocity"
+    return SeparateControllers(
+        robot,
         scene.constraints,
-        scene.task,
-        period=scene.period if period is None else period,
-        group=scene.group,
-        eta=scene.eta,
-        limit_eta=scene.limit_eta,
-        solver=solver,
-        guard=guard,
-        ring=ring,
+        scene.group,
+        scene.arms,
+        know,
+        lambda constraints, i, arm: controller(constraints, scene.tasks[i], arm),
+        ring,
     )
 
 
@@ -60,7 +81,7 @@ def no_collection() -> Iterator[None]:
             gc.enable()
 
 
-def header(scene: Scene, controller: Controller, seed: int) -> Mapping[str, Any]:
+def header(scene: Scene, controller: Controller | SeparateControllers, seed: int) -> Mapping[str, Any]:
     """Facts on a run, for its trace."""
     return {
         "scene": scene.name,
@@ -71,8 +92,10 @@ def header(scene: Scene, controller: Controller, seed: int) -> Mapping[str, Any]
         "seed": seed,
         "joints": list(controller.robot.joints),
         "decided": list(controller.joints),
+        "tasks": [task.frame or controller.robot.tip for task in scene.tasks],
+        "coordination": scene.coordination if scene.arms else "",
         "constraints": {c.name: c.definition.unit for c in scene.constraints},
-        "enforced": [c.name for c in scene.constraints if c.enforced],
+        "enforced": [c.name for c in controller.constraints if c.enforced],
         "versions": versions(),
         "resolved_scene": dump_scene(scene.located(Path.cwd())),
     }
@@ -108,8 +131,11 @@ def run(
         raise InputError(f"period: expected at most the scene's {scene.duration:g} s, got {controller.period:g} s")
     robot, start = controller.robot, np.array(scene.start)
     plant = KinematicPlant(start, robot.group(scene.group), controller.period, seed=seed)
-    tip = robot.kinematics(start).pose(scene.task.frame or robot.tip)
-    reference = scene.reference.sample(tip[:4], controller.period, cycles)
+    kinematics = robot.kinematics(start)
+    first = [kinematics.pose(task.frame or robot.tip)[:4] for task in scene.tasks]
+    reference = np.hstack(
+        [r.sample(turn, controller.period, cycles) for r, turn in zip(scene.references, first, strict=True)]
+    )
     facts = header(scene, controller, seed)
     recorder = Recorder(controller, controller.columns, facts, out, cycles, progress=progress)
     with recorder, no_collection():

@@ -1,7 +1,7 @@
 """`Scene`: a robot, where it starts, what must never happen, what it should do, for how long."""
 
 import re
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field, replace
 from pathlib import Path
 from typing import Any, Self
@@ -19,6 +19,8 @@ from vfi.tasks import PoseTask
 MAX_CYCLES = 10_000_000
 NAME = "[A-Za-z0-9][A-Za-z0-9._-]{0,63}"
 """Regular expression of the names of scenes."""
+COORDINATIONS = ("central", "static", "velocity")
+"""How arms that a scene moves together are decided; see `scenarios.coordination`."""
 
 
 def check_name(name: str) -> str:
@@ -59,7 +61,9 @@ class Scene:
     group : joint group whose velocities are decided.
     start : (n,) first configuration of all joints, rad and m.
     constraints : enforced and watched ones.
-    task : what the tool does. reference : the way it is led.
+    task : what the tool does; of several tools a tuple. reference : the way it is led; in the same order.
+    arms : joint groups that can be decided each by a controller of its own, one a task; empty where there is none.
+    coordination : "central", one program decides all joints; "static" or "velocity", one program an arm.
     eta : gain of the inequalities, 1/s, one number or {constraint: gain} with "" for the others.
     limit_eta : gain of the joint-position limits, 1/s.
     period : T, seconds. duration : seconds, at most `MAX_CYCLES` periods.
@@ -78,8 +82,8 @@ class Scene:
     group: str
     start: tuple[float, ...]
     constraints: ConstraintSet
-    task: PoseTask
-    reference: PoseTrajectory
+    task: PoseTask | tuple[PoseTask, ...]
+    reference: PoseTrajectory | tuple[PoseTrajectory, ...]
     period: float
     duration: float
     eta: float | Mapping[str, float] = 0.5
@@ -87,6 +91,8 @@ class Scene:
     limits: Mapping[str, tuple[float, float]] = field(default_factory=dict)
     hand: Guide | None = None
     admittance: JointParameters | None = None
+    arms: tuple[str, ...] = ()
+    coordination: str = "central"
 
     def __post_init__(self) -> None:
         check_name(self.name)
@@ -103,12 +109,49 @@ class Scene:
         check_limits(self.limits, self.name)
         if (self.hand is None) != (self.admittance is None):
             raise InputError(f"scene {self.name}: hand and admittance go together, got one of them")
+        self._check_tasks()
+        if self.hand is not None and len(self.tasks) > 1:
+            raise InputError(f"scene {self.name}: expected one task where a hand leads, got {len(self.tasks)}")
+
+    @property
+    def tasks(self) -> tuple[PoseTask, ...]:
+        """The task, or the several."""
+        return self.task if isinstance(self.task, tuple) else (self.task,)
+
+    @property
+    def references(self) -> tuple[PoseTrajectory, ...]:
+        """The reference of each task, in their order."""
+        return self.reference if isinstance(self.reference, tuple) else (self.reference,)
+
+    def _check_tasks(self) -> None:
+        """Several tasks need as many references, and as many arms where there are any."""
+        for name in ("task", "reference"):
+            given = getattr(self, name)
+            if isinstance(given, Sequence):
+                object.__setattr__(self, name, given[0] if len(given) == 1 else tuple(given))
+        tasks, references, what = len(self.tasks), len(self.references), f"scene {self.name}"
+        if tasks != references or not tasks:
+            raise InputError(f"reference of {what}: expected one a task, {tasks}, in their order, got {references}")
+        if self.arms and len(self.arms) != tasks:
+            raise InputError(f"arms of {what}: expected one joint group a task, {tasks}, got {', '.join(self.arms)}")
+        known("coordination", self.coordination, COORDINATIONS)
+        if self.coordination != "central" and len(self.arms) < 2:
+            raise InputError(
+                f'coordination of {what}: "{self.coordination}" is for several arms, got {len(self.arms)}; list their '
+                'joint groups under the key arms, in the order of the tasks, or take "central"'
+            )
 
     def build_robot(self) -> Robot:
         """The robot with the scene's limits; raises where the scene does not fit it."""
         robot = entry_of(self.robot).build()
         robot = with_ranges(robot, self.limits)
         known("joint group", self.group, robot.groups)
+        joints = [int(i) for arm in self.arms for i in robot.group(arm)]
+        if self.arms and sorted(joints) != sorted(robot.group(self.group)):
+            raise InputError(
+                f"arms of scene {self.name}: expected groups that share no joint and are {self.group} together, got "
+                f"{', '.join(self.arms)}"
+            )
         array(self.start, (robot.n,), f'start of scene {self.name} for robot "{self.robot}"')
         return robot
 

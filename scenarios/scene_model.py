@@ -1,7 +1,7 @@
 """What a scene file may hold: models of its keys, and a scene as plain data."""
 
 from collections.abc import Mapping
-from typing import Annotated, Any
+from typing import Annotated, Any, TypeVar
 
 import numpy as np
 from numpy.typing import ArrayLike
@@ -9,16 +9,34 @@ from pydantic import AfterValidator, Field, PlainValidator, TypeAdapter, Validat
 
 from primitives.constraint import ConstraintSet
 from primitives.errors import InputError
-from primitives.files.fields import Numbers, Positive, Text, check_text, items, list_of, refers_to
+from primitives.files.fields import (
+    Numbers,
+    Positive,
+    Text,
+    check_text,
+    items,
+    list_of,
+    one_of,
+    one_or_list_of,
+    refers_to,
+)
 from primitives.files.joints import Configuration, Ranges, RangesField
 from primitives.files.model import FileModel, gather, show
 from primitives.files.quantities import Period, Position, Rate, Rotation, Span
+from primitives.files.unions import IfType
 from primitives.spec import Declared, DeclaredField, constraints_data
 from scenarios.by_hand.model import GuideModel, JointParametersField, by_hand_data
 from scenarios.own_robot_file import RobotField, robot_data
-from scenarios.scene import NAME, Scene, check_duration, check_name
+from scenarios.scene import COORDINATIONS, NAME, Scene, check_duration, check_name
 from scenarios.trajectory import PoseTrajectory, Waypoint
 from vfi.tasks import PoseTask
+
+_T = TypeVar("_T")
+
+
+def _alone(several: list[_T]) -> _T | tuple[_T, ...]:
+    """One item itself, several as a tuple."""
+    return several[0] if len(several) == 1 else tuple(several)
 
 
 class _WaypointModel(FileModel):
@@ -37,6 +55,11 @@ class _ReferenceModel(FileModel):
     declares = PoseTrajectory
     waypoints: Annotated[list[_WaypointModel], list_of(_WaypointModel), AfterValidator(_some), items(1)]
     segment: Span
+
+    def build(self) -> PoseTrajectory:
+        """The trajectory that is declared."""
+        waypoints = (Waypoint(_triple(w.position), _triple(w.rotation)) for w in self.waypoints)
+        return PoseTrajectory(tuple(waypoints), self.segment)
 
 
 def _weight(value: list[float]) -> list[float]:
@@ -62,6 +85,7 @@ Duration = Annotated[Span, AfterValidator(_duration)]
 
 _GAIN = TypeAdapter(Rate)
 _GAINS = TypeAdapter(dict[Annotated[str, refers_to("constraint", "")], Rate])
+_Eta = Annotated[dict[str, Rate] | Rate, IfType("object")]
 
 
 def _eta(value: Any, info: ValidationInfo) -> float | Mapping[str, float]:
@@ -108,13 +132,13 @@ class SceneModel(FileModel):
     start: Configuration
     constraints: DeclaredField
     enforce: list[Annotated[str, refers_to("constraint")]] | None = None
-    task: _TaskModel
-    reference: _ReferenceModel
+    task: Annotated[list[_TaskModel], one_or_list_of(_TaskModel)]
+    reference: Annotated[list[_ReferenceModel], one_or_list_of(_ReferenceModel)]
+    arms: list[Annotated[str, refers_to("joint group")]] = Field(default_factory=list)
+    coordination: Annotated[str, one_of("coordination", lambda: COORDINATIONS)] = Scene.coordination
     period: Period
     duration: Duration
-    eta: Annotated[float | Mapping[str, float], PlainValidator(_eta, json_schema_input_type=Rate | dict[str, Rate])] = (
-        Scene.eta
-    )
+    eta: Annotated[float | Mapping[str, float], PlainValidator(_eta, json_schema_input_type=_Eta)] = Scene.eta
     limit_eta: Rate = Scene.limit_eta
     limits: LimitsField = Field(default_factory=dict)
     hand: GuideModel | None = None
@@ -122,8 +146,6 @@ class SceneModel(FileModel):
 
     def build(self) -> Scene:
         """The scene that the file declares; raises InputError."""
-        waypoints = (Waypoint(_triple(w.position), _triple(w.rotation)) for w in self.reference.waypoints)
-        task = self.task
         return Scene(
             name=self.name,
             summary=self.summary,
@@ -131,8 +153,8 @@ class SceneModel(FileModel):
             group=self.group,
             start=tuple(self.start),
             constraints=chosen(self.constraints, self.enforce),
-            task=PoseTask(task.frame, task.gain, task.damping, tuple(task.weight)),
-            reference=PoseTrajectory(tuple(waypoints), self.reference.segment),
+            task=_alone([PoseTask(t.frame, t.gain, t.damping, tuple(t.weight)) for t in self.task]),
+            reference=_alone([reference.build() for reference in self.reference]),
             period=self.period,
             duration=self.duration,
             eta=self.eta,
@@ -140,12 +162,14 @@ class SceneModel(FileModel):
             limits=self.constraints.limits | self.limits,
             hand=self.hand.build() if self.hand is not None else None,
             admittance=self.admittance,
+            arms=tuple(self.arms),
+            coordination=self.coordination,
         )
 
 
 def scene_data(scene: Scene) -> dict[str, Any]:
     """The scene as plain data, from which `SceneModel` builds an equal one; raises InputError."""
-    task, eta = scene.task, scene.eta
+    eta = scene.eta
     return {
         "name": scene.name,
         "summary": check_text(scene.summary),
@@ -153,24 +177,35 @@ def scene_data(scene: Scene) -> dict[str, Any]:
         "group": check_text(scene.group),
         "start": _floats(scene.start),
         "constraints": constraints_data(scene.constraints),
-        "task": {
-            **({"frame": check_text(task.frame)} if task.frame is not None else {}),
-            "gain": float(task.gain),
-            "damping": float(task.damping),
-            "weight": _floats(task.weight),
-        },
-        "reference": {
-            "waypoints": [
-                {"position": _floats(w.position), "rotation": _floats(w.rotation)} for w in scene.reference.waypoints
-            ],
-            "segment": float(scene.reference.segment),
-        },
+        "task": [_task_data(t) for t in scene.tasks] if isinstance(scene.task, tuple) else _task_data(scene.task),
+        "reference": (
+            [_reference_data(r) for r in scene.references]
+            if isinstance(scene.reference, tuple)
+            else _reference_data(scene.reference)
+        ),
         "period": float(scene.period),
         "duration": float(scene.duration),
         "eta": {name: float(gain) for name, gain in eta.items()} if isinstance(eta, Mapping) else float(eta),
         "limit_eta": float(scene.limit_eta),
         "limits": {joint: _floats(limit) for joint, limit in scene.limits.items()},
         **(by_hand_data(scene.hand, scene.admittance) if scene.hand and scene.admittance else {}),
+        **({"arms": [check_text(arm) for arm in scene.arms], "coordination": scene.coordination} if scene.arms else {}),
+    }
+
+
+def _task_data(task: PoseTask) -> dict[str, Any]:
+    return {
+        **({"frame": check_text(task.frame)} if task.frame is not None else {}),
+        "gain": float(task.gain),
+        "damping": float(task.damping),
+        "weight": _floats(task.weight),
+    }
+
+
+def _reference_data(reference: PoseTrajectory) -> dict[str, Any]:
+    return {
+        "waypoints": [{"position": _floats(w.position), "rotation": _floats(w.rotation)} for w in reference.waypoints],
+        "segment": float(reference.segment),
     }
 
 

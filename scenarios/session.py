@@ -9,6 +9,7 @@ from pathlib import Path
 from typing import Any
 
 from primitives.errors import FileError, InputError, SolverError
+from scenarios.analysis.between import clearance_between
 from scenarios.analysis.metrics import summary
 from scenarios.analysis.trace import Trace
 from scenarios.jobs import Choices, Job, Progress
@@ -21,7 +22,7 @@ from vfi.backends import solvers
 ALL = "all"
 FOLLOWING, BY_HAND, HANDS_ON = "that follow a trajectory", "that follow a trajectory by hand", "led by a hand"
 HEEDED = {
-    FOLLOWING: ("solver",),
+    FOLLOWING: ("solver", "coordination"),
     BY_HAND: ("enforcement",),
     HANDS_ON: ("plant", "enforcement", "metric", "integrator", "form", "organ", "vessels", "unit", "fill_gaps"),
 }
@@ -38,7 +39,8 @@ class TrajectoryJob:
     @property
     def label(self) -> str:
         """See `Job`."""
-        return f"{self.scene.name} {self.options['solver']}"
+        coordination = f" {self.scene.coordination}" if self.scene.arms else ""
+        return f"{self.scene.name} {self.options['solver']}{coordination}"
 
     @property
     def file(self) -> Path | None:
@@ -52,7 +54,7 @@ class TrajectoryJob:
 
     def summary(self, trace: Trace) -> dict[str, Any]:
         """See `Job`."""
-        return summary(trace)
+        return summary(trace) | clearance_between(trace, self.scene)
 
     def draw(self, trace: Trace, folder: Path) -> list[Path]:
         """Nothing alone: the figures of the VFI paper show several runs together."""
@@ -77,19 +79,33 @@ def _fit(scene: Scene, robot: str | None) -> Scene:
 
 def _trajectory(scene: Scene, choices: Choices) -> list[TrajectoryJob]:
     jobs, guard = [], choices.guard or "act"
-    for chosen in solvers.names() if choices.solver == ALL else (choices.solver,):
-        try:
-            build(scene, solver=chosen, guard=guard, period=choices.period)
-        except SolverError as error:
-            if choices.solver != ALL:
-                raise
-            print(f"vfi: left out: {error}", file=sys.stderr)
-            continue
-        suffix = f"-{chosen}" if choices.solver == ALL else ""
-        file = choices.out / f"{scene.name}{suffix}.mcap" if choices.out is not None else None
-        options = {"solver": chosen, "period": choices.period, "guard": guard, "seed": choices.seed}
-        jobs.append(TrajectoryJob(scene, {**options, "out": file}))
+    coordinated = _coordinated(scene, choices.coordination)
+    for one in coordinated:
+        for chosen in solvers.names() if choices.solver == ALL else (choices.solver,):
+            try:
+                build(one, solver=chosen, guard=guard, period=choices.period)
+            except SolverError as error:
+                if choices.solver != ALL:
+                    raise
+                print(f"vfi: left out: {error}", file=sys.stderr)
+                continue
+            suffix = f"-{one.coordination}" if len(coordinated) > 1 else ""
+            suffix += f"-{chosen}" if choices.solver == ALL else ""
+            file = choices.out / f"{scene.name}{suffix}.mcap" if choices.out is not None else None
+            options = {"solver": chosen, "period": choices.period, "guard": guard, "seed": choices.seed}
+            jobs.append(TrajectoryJob(one, {**options, "out": file}))
     return jobs
+
+
+def _coordinated(scene: Scene, names: str | None) -> list[Scene]:
+    """The scene, or the scene under each coordination of a list with commas."""
+    if names is None:
+        return [scene]
+    listed = names.split(",")
+    for name in listed:
+        if listed.count(name) > 1:
+            raise InputError(f'--coordination: "{name}" was named twice; its trace would be overwritten')
+    return [scene.with_changes(coordination=name) for name in listed]
 
 
 def _kind(scene: object) -> str:

@@ -31,7 +31,7 @@ from vfi.messages import Command, FreeReference, Layout, Measurement, Rows, new_
 from vfi.outcome import Basis, Form, Guard, Option, Reason, Setting, Slot, State
 from vfi.qp import QP, SolverStatus
 from vfi.record import Head, columns, width
-from vfi.tasks import PoseTask, ProjectionTask, Task
+from vfi.tasks import ProjectionTask, Task, VelocityTask
 
 EXPIRY_PERIODS = 2.0
 _STATES = tuple(State)
@@ -114,8 +114,8 @@ class Controller:
     ):
         known("guard", guard, [g.name.lower() for g in Guard])
         entry = solvers[solver]
-        if entry.tracks_pose_only and not isinstance(task, PoseTask):
-            raise InputError(f'solver "{solver}" needs a PoseTask, got {type(task).__name__}')
+        if entry.tracks_pose_only and isinstance(task, VelocityTask | ProjectionTask):
+            raise InputError(f'solver "{solver}" needs a PoseTask or several, got {type(task).__name__}')
         user_rows, ring = _count(user_rows, "user_rows", 0), _count(ring, "ring", 1)
         recovery = recovery_linear, recovery_angular
         settings = Settings(
@@ -134,6 +134,8 @@ class Controller:
             _check_takes(solver, lowered.memory)
         self.robot, self.constraints, self.task, self.period = robot, constraints, task, float(period)
         self._tips = lowered.tips
+        order = f" of {' and '.join(self._tips)}, one after the other" if len(self._tips) > 1 else ""
+        self._wanted = f"reference{order}"
         self.group, self.solver, self.guard = group, solver, guard
         self.joints = tuple(robot.joints[i] for i in robot.group(group))
         self.entities = lowered.entities
@@ -269,7 +271,7 @@ class Controller:
             for place, what, given in zip(self._free, ("metric", "basis", "offset"), reference[1:], strict=True):
                 _copy_to(place, given, what)
         else:
-            _copy_to(self._reference, reference, "reference")
+            _copy_to(self._reference, reference, self._wanted)
         if self.entities:
             poses, twists = entity_arrays(measurement.entities or {}, self.entities)
             self._memory.real[Real.POSE][self._first_entity :] = poses

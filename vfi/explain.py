@@ -83,8 +83,10 @@ def explain(memory: Memory, names: tuple[str, ...], joints: tuple[str, ...]) -> 
         return _not_finite(memory)
     if reason == Reason.REFERENCE:
         x = memory.real[Real.REFERENCE][8 * where : 8 * where + 8]
+        tips = len(memory.whole[Whole.TIPS])
+        which = f"reference of task {where + 1} of {tips}" if tips > 1 else "reference"
         return (
-            f"reference: expected a unit dual quaternion r + eps (1/2) t r, got {x.tolist()}, with |r| = "
+            f"{which}: expected a unit dual quaternion r + eps (1/2) t r, got {x.tolist()}, with |r| = "
             f"{np.linalg.norm(x[:4]):.9g} and <r, dual part> = {x[:4] @ x[4:]:.3g}"
         )
     if reason == Reason.RECOVERING:

@@ -77,19 +77,29 @@ def gain_of(value: float, what: str, period: float) -> float:
     return gain
 
 
-def check_influence(c: Constraint, frames: tuple[str, ...], flat: FlatModel, decided: np.ndarray) -> None:
-    """Refuse a constraint whose elements no decided joint moves against each other: it yields no row."""
+def _movers(frame: str, frames: tuple[str, ...], flat: FlatModel, decided: np.ndarray) -> set[int]:
+    """The decided joints that move a frame."""
+    found: set[int] = set()
+    joint = int(flat.frame_joint[frames.index(frame)])
+    while joint >= 0:
+        if joint in decided:
+            found.add(joint)
+        joint = int(flat.parent[joint])
+    return found
+
+
+def influences(c: Constraint, frames: tuple[str, ...], flat: FlatModel, decided: np.ndarray) -> bool:
+    """Whether a decided joint moves the elements of a constraint against each other."""
 
     def movers(element: Element) -> set[int]:
-        found: set[int] = set()
-        joint = -1 if element.entity is not None else int(flat.frame_joint[frames.index(element.frame)])
-        while joint >= 0:
-            if joint in decided:
-                found.add(joint)
-            joint = int(flat.parent[joint])
-        return found
+        return set() if element.entity is not None else _movers(element.frame, frames, flat, decided)
 
-    if movers(c.first) == movers(c.second):
+    return movers(c.first) != movers(c.second)
+
+
+def check_influence(c: Constraint, frames: tuple[str, ...], flat: FlatModel, decided: np.ndarray) -> None:
+    """Refuse a constraint whose elements no decided joint moves against each other: it yields no row."""
+    if not influences(c, frames, flat, decided):
         on = " and ".join(f'"{e.entity or e.frame}"' for e in (c.first, c.second))
         raise InactiveConstraintError(
             f'constraint "{c.name}" is enforced, but none of the decided joints moves its elements, on {on}, '
@@ -172,6 +182,12 @@ def lower(
     tips = [t.frame or robot.tip for t in poses]
     frames = world_first((*used_frames(constraints), *tips))
     entities, decided, flat = used_entities(constraints), robot.group(group), robot.flat(frames)
+    for tip in tips:
+        if not _movers(tip, frames, flat, decided):
+            raise InputError(
+                f'task: no joint of the group "{group}" moves the frame "{tip}"; choose a frame of an arm that is '
+                "decided, or another group"
+            )
     for name in entities:
         if name in robot.frames:
             raise InputError(f'"{name}" is a frame of the robot and cannot be an entity too')

@@ -23,10 +23,10 @@ from pydantic import AfterValidator, Field, PlainValidator, ValidationInfo
 
 from primitives.elements import WORLD, Cloud, Element, Line, Plane, Point, Segment
 from primitives.errors import InputError, UnknownNameError
-from primitives.files.by_kind import ByKind
 from primitives.files.fields import Numbers, Text, Vector, check_text, items, one_of, refers_to
 from primitives.files.model import FileModel, problem_at, show
 from primitives.files.quantities import Length, Position
+from primitives.files.unions import ByKind
 
 
 def _direction(value: list[float]) -> list[float]:

@@ -19,6 +19,7 @@ from pydantic_core import CoreSchema, InitErrorDetails, PydanticCustomError, cor
 from primitives.errors import InputError
 from primitives.files.document import MAX_PROBLEMS
 from primitives.files.model import TOLD, Names, kept, show
+from primitives.files.unions import IfType
 
 
 def _unknown(kind: str, name: str, names: list[str]) -> PydanticCustomError:
@@ -109,3 +110,15 @@ def list_of(item: Any) -> PlainValidator:
         return out
 
     return PlainValidator(check, json_schema_input_type=list[item])
+
+
+def one_or_list_of(item: Any) -> PlainValidator:
+    """Validator of one item of a type, or of a list of them; gives a list either way."""
+    adapter, many = TypeAdapter(item), TypeAdapter(Annotated[Any, list_of(item)])
+
+    def check(value: Any, info: ValidationInfo) -> list[Any]:
+        if isinstance(value, list):
+            return list(many.validate_python(value, context=info.context))
+        return [adapter.validate_python(value, strict=True, context=info.context)]
+
+    return PlainValidator(check, json_schema_input_type=Annotated[list[item] | item, IfType("array")])

@@ -15,6 +15,7 @@ from primitives.files.fields import Text, one_of, refers_to
 from primitives.files.joints import Ranges, RangesField
 from primitives.files.model import FileModel
 from primitives.files.quantities import Position, PositiveAngle, PositiveLength, SomeLength
+from primitives.files.unions import IfType
 
 
 def _part(kind: str, make: Callable[[str], Element]) -> Any:
@@ -27,7 +28,8 @@ def _part(kind: str, make: Callable[[str], Element]) -> Any:
             raise InputError(f"expected a {kind}, got a {element.kind}")
         return element
 
-    return PlainValidator(build, json_schema_input_type=Annotated[str, Field(min_length=1)] | SHAPES[kind])
+    frame = Annotated[str, Field(min_length=1)]
+    return PlainValidator(build, json_schema_input_type=Annotated[frame | SHAPES[kind], IfType("string")])
 
 
 What = Annotated[Element, _part("", kinds.origin_of)]

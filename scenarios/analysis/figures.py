@@ -12,9 +12,9 @@ from matplotlib.figure import Figure
 from matplotlib.ticker import MaxNLocator
 from mpl_toolkits.mplot3d.axes3d import Axes3D  # type: ignore[import-untyped]
 
-from primitives import dual_quaternion as dq
 from primitives.checks import Array
 from primitives.errors import InputError
+from scenarios.analysis.metrics import positions
 from scenarios.analysis.trace import Trace, labels
 
 # The colours of M. Okabe and K. Ito, told apart with any colour vision.
@@ -96,7 +96,7 @@ def velocity_and_error(traces: Sequence[Trace]) -> Figure:
 
 
 def tip_paths(traces: Sequence[Trace]) -> Figure:
-    """Figure 5: the path of the tool tip of every run, and of the reference, in millimetres."""
+    """Figure 5: the path of the tool tip of every run, and of the reference, in millimetres; of several tips each."""
     figure = Figure(figsize=(7.5, 6.5), layout="constrained")
     axes = figure.add_subplot(projection="3d")
     assert isinstance(axes, Axes3D)
@@ -107,8 +107,9 @@ def tip_paths(traces: Sequence[Trace]) -> Figure:
         path = _positions(trace["pose"])
         paths.append(path)
         axes.plot(*path.T, label=label, **_look(i))
-        axes.scatter(*path[-1], color=COLOURS[i % len(COLOURS)], s=14)
-    low, high = np.min(np.vstack(paths), axis=0), np.max(np.vstack(paths), axis=0)
+        ends = path[[*np.flatnonzero(np.isnan(path[:, 0])) - 1, -1]]
+        axes.scatter(*ends.T, color=COLOURS[i % len(COLOURS)], s=14)
+    low, high = np.nanmin(np.vstack(paths), axis=0), np.nanmax(np.vstack(paths), axis=0)
     room = np.maximum(high - low, SLIMMEST * np.max(high - low)) / 2.0
     for name, centre, half in zip("xyz", (low + high) / 2.0, room, strict=True):
         getattr(axes, f"set_{name}lim")(centre - 1.05 * half, centre + 1.05 * half)
@@ -121,8 +122,10 @@ def tip_paths(traces: Sequence[Trace]) -> Figure:
 
 
 def _positions(poses: Array) -> Array:
+    """Positions (k, 3) of poses (cycles, 8 tips), millimetres, one tip after the other with NaN between them."""
     keep = np.unique(np.linspace(0, len(poses) - 1, min(len(poses), POINTS)).astype(int))
-    return np.array([dq.translation(np.ascontiguousarray(poses[k])) for k in keep]) * 1e3
+    tips = [1e3 * positions(poses[keep, at : at + 8]) for at in range(0, poses.shape[1], 8)]
+    return np.vstack([tips[0], *(part for tip in tips[1:] for part in (np.full((1, 3), np.nan), tip))])
 
 
 def draw_all(traces: Sequence[Trace], folder: Path) -> list[Path]:

@@ -4,6 +4,8 @@ from typing import Any
 
 import numpy as np
 
+from primitives import dual_quaternion as dq
+from primitives.checks import Array
 from scenarios.analysis.trace import Trace
 
 VIOLATED = -1e-5
@@ -22,11 +24,34 @@ def acceleration_rms(trace: Trace, seconds: float = SETTLED) -> float:
     return float(np.sqrt(np.mean(np.sum(last**2, axis=1)))) if len(last) else 0.0
 
 
+def task_error(error: Array) -> dict[str, float]:
+    """Largest and root mean square norm of errors (cycles, k)."""
+    norm = np.linalg.norm(error, axis=1)
+    return {"max": float(norm.max()), "rms": float(np.sqrt(np.mean(norm**2)))}
+
+
+def _error_by_task(trace: Trace) -> dict[str, Any]:
+    """Of several tasks the error of each, and how far its frame is from where it is wanted, metres."""
+    frames = trace.header.get("tasks", ())
+    if len(frames) < 2:
+        return {}
+    errors, distances = {}, {}
+    for k, frame in enumerate(frames):
+        place = slice(8 * k, 8 * k + 8)
+        errors[frame] = task_error(trace["error"][:, place])
+        distances[frame] = task_error(positions(trace["pose"][:, place]) - positions(trace["reference"][:, place]))
+    return {"task_error_of": errors, "tip_distance_m": distances}
+
+
+def positions(poses: Array) -> Array:
+    """Positions (k, 3) of unit dual quaternions (k, 8), metres."""
+    return np.array([dq.translation(np.ascontiguousarray(pose)) for pose in poses])
+
+
 def summary(trace: Trace) -> dict[str, Any]:
     """What `vfi run --json` prints of a run; the keys are documented in docs/metrics.md."""
     header, names = trace.header, trace.header["constraints"]
     smallest = {name: float(trace.margin(name).min()) for name in names}
-    error = np.linalg.norm(trace["error"], axis=1)
     times = trace["cycle_us"]
     p5, median, p99 = (float(p) for p in np.percentile(times, [5, 50, 99]))
     states = trace["state"]
@@ -34,6 +59,7 @@ def summary(trace: Trace) -> dict[str, Any]:
         "scene": header["scene"],
         "robot": header["robot"],
         "solver": header["solver"],
+        **({"coordination": header["coordination"]} if header.get("coordination") else {}),
         "guard": header["guard"],
         "period_s": header["period_s"],
         "cycles": len(trace.records),
@@ -47,7 +73,9 @@ def summary(trace: Trace) -> dict[str, Any]:
         "degraded_cycles": int(np.count_nonzero(states == 1.0)),
         "stopped_cycles": int(np.count_nonzero(states > 1.0)),
         "events": [event._asdict() for event in trace.events[:EVENTS]],
-        "task_error": {"max": float(error.max()), "rms": float(np.sqrt(np.mean(error**2)))},
+        "task_error": task_error(trace["error"]),
+        **_error_by_task(trace),
+        "acceleration_rms": acceleration_rms(trace, len(trace.records) * float(header["period_s"])),
         "acceleration_rms_last_2s": acceleration_rms(trace),
         "cycle_us": {"p5": p5, "median": median, "p99": p99, "max": float(times.max())},
         "seed": header["seed"],

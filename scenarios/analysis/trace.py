@@ -47,9 +47,11 @@ class Event(NamedTuple):
 
 
 def labels(headers: Sequence[Mapping[str, Any]]) -> list[str]:
-    """What tells several runs apart: the scene, and the solver where it is not the same for all."""
-    same = len({header["solver"] for header in headers}) == 1
-    return [header["scene"] if same else f"{header['scene']} {header['solver']}" for header in headers]
+    """What tells several runs apart: the scene, and the solver and coordination where they are not the same for all."""
+    telling = [key for key in ("coordination", "solver") if len({header.get(key) for header in headers}) > 1]
+    return [
+        " ".join([header["scene"], *(str(header[key]) for key in telling if header.get(key))]) for header in headers
+    ]
 
 
 class TraceWriter:

@@ -11,6 +11,7 @@ from primitives.errors import InputError
 from primitives.files.fields import Numbers, Positive, items, one_of
 from primitives.files.model import FileModel, show
 from primitives.files.quantities import NotNegative, PositiveForce, SomeForce, of
+from primitives.files.unions import IfType
 from scenarios.by_hand.hand import Guide
 
 SETS = {"neuro8": NEURO8_JOINTS}
@@ -46,8 +47,9 @@ def _each(value: Any) -> Each:
     return numbers
 
 
+_Several = Annotated[list[Positive], items(1)]
 _EachField = Annotated[
-    Each, PlainValidator(_each, json_schema_input_type=Positive | Annotated[list[Positive], items(1)])
+    Each, PlainValidator(_each, json_schema_input_type=Annotated[_Several | Positive, IfType("array")])
 ]
 
 
@@ -66,7 +68,8 @@ def _parameters(value: Any) -> JointParameters:
     return JointParameters(**_JointParametersModel.model_validate(value).model_dump())
 
 
-_Written = Annotated[str, one_of("set of parameters", lambda: SETS)] | _JointParametersModel
+_Named = Annotated[str, one_of("set of parameters", lambda: SETS)]
+_Written = Annotated[_Named | _JointParametersModel, IfType("string")]
 JointParametersField = Annotated[JointParameters, PlainValidator(_parameters, json_schema_input_type=_Written)]
 """The key `admittance`; see `JointParameters`."""
 

@@ -66,7 +66,7 @@ def build(scene: Scene, *, enforcement: str, period: float | None, guard: str, s
         limit_eta=scene.limit_eta,
         guard=guard,
     )
-    frame = scene.task.frame or robot.tip
+    frame = scene.tasks[0].frame or robot.tip
     admittance = JointAdmittance(
         robot, scene.admittance, start=scene.start, frame=frame, period=controller.period, group=scene.group
     )
@@ -75,7 +75,7 @@ def build(scene: Scene, *, enforcement: str, period: float | None, guard: str, s
     cycles = round(scene.duration / controller.period)
     if cycles < 1:
         raise InputError(f"period: expected at most the scene's {scene.duration:g} s, got {controller.period:g} s")
-    reference = scene.reference.sample(admittance.kinematics.pose(frame)[:4], controller.period, cycles)
+    reference = scene.references[0].sample(admittance.kinematics.pose(frame)[:4], controller.period, cycles)
     return Parts(admittance, controller, scene.hand.hand(reference, controller.period, seed), reference)
 
 
@@ -151,6 +151,7 @@ def run_by_hand(
         **header(scene, controller, seed),
         "kind": KIND,
         "enforcement": enforcement,
+        "enforced": [c.name for c in controller.constraints if c.enforced],
         "ports": [port.name.lower() for port in Work],
     }
     columns, cycles = {**controller.columns, **extras.columns}, len(parts.reference)

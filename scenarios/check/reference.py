@@ -26,14 +26,23 @@ REACHED_LINEAR, REACHED_ANGULAR = 1e-3, 0.0175
 _BINDING = 1.0 - 1e-6
 
 
+class Due(NamedTuple):
+    """A waypoint: what findings call it, when it is due and the time of a segment, seconds, and if it is the last."""
+
+    name: str
+    t: float
+    segment: float
+    last: bool
+
+
 class Followed(NamedTuple):
     """The motion without constraints, k cycles of d decided joints and m constraints.
 
     Attributes
     ----------
     period : seconds. x, v : (k, d) positions and commanded velocities. margins : (k, m).
-    linear, angular : (w, k) of the tip from each waypoint, metres and rad. off : m and rad at the first cycle between
-        the tip and where the reference begins.
+    due : w waypoints of all tasks. linear, angular : (w, k) of the task's frame from each, metres and rad.
+    off : for each task, m and rad at the first cycle between its frame and where its reference begins.
     at_velocity, at_position : (k, d) whether a joint is held back by its velocity limit, or by its position limits.
     """
 
@@ -41,9 +50,10 @@ class Followed(NamedTuple):
     x: Array
     v: Array
     margins: Array
+    due: tuple[Due, ...]
     linear: Array
     angular: Array
-    off: tuple[float, float]
+    off: tuple[tuple[float, float], ...]
     at_velocity: np.ndarray
     at_position: np.ndarray
 
@@ -51,29 +61,30 @@ class Followed(NamedTuple):
 def follow(scene: Scene, space: Space) -> Followed:
     """Follow the reference from the start, with nothing enforced."""
     period = max(scene.period, scene.duration / CYCLES)
-    task = replace(scene.task, gain=min(scene.task.gain, 1.0 / period))
+    tasks = [replace(task, gain=min(task.gain, 1.0 / period)) for task in scene.tasks]
     limit_eta = min(scene.limit_eta, 1.0 / period)
-    robot = space.robot
+    robot, start = space.robot, np.array(scene.start)
     controller = Controller(
-        robot, ConstraintSet(), task, period=period, group=scene.group, limit_eta=limit_eta, guard="off"
+        robot, ConstraintSet(), tasks, period=period, group=scene.group, limit_eta=limit_eta, guard="off"
     )
-    start, frame = np.array(scene.start), scene.task.frame or robot.tip
-    first = robot.kinematics(start).pose(frame)
-    cycles = max(1, round(scene.duration / period))
-    reference, waypoints = scene.reference.sample(first[:4], period, cycles), scene.reference.poses(first[:4])
+    on, cycles = [task.frame or robot.tip for task in tasks], max(1, round(scene.duration / period))
+    first = [robot.kinematics(start).pose(frame) for frame in on]
+    pairs = list(zip(scene.references, first, strict=True))
+    reference = np.hstack([r.sample(x[:4], period, cycles) for r, x in pairs])
+    waypoints = [(frame, pose) for frame, (r, x) in zip(on, pairs, strict=True) for pose in r.poses(x[:4])]
     plant = KinematicPlant(start, space.decided, period, seed=0)
     measurement = plant.reset()
     d = len(space.decided)
     x, v, margins = np.empty((cycles, d)), np.empty((cycles, d)), np.empty((cycles, len(space.constraints)))
     linear, angular = np.empty((len(waypoints), cycles)), np.empty((len(waypoints), cycles))
-    frames = world_first((frame,))
+    frames = world_first(tuple(on))
     tip = robot.flat(frames)
     for k in range(cycles):
         x[k] = measurement.q[space.decided]
         margins[k] = space.at(x[k]).margin
-        pose = snapshot(tip, frames, measurement.q).pose(frame)
-        for i, waypoint in enumerate(waypoints):
-            linear[i, k], angular[i, k] = _apart(pose, waypoint)
+        at = snapshot(tip, frames, measurement.q)
+        for i, (frame, waypoint) in enumerate(waypoints):
+            linear[i, k], angular[i, k] = _apart(at.pose(frame), waypoint)
         command = controller.step(measurement, reference[k])
         v[k] = command.qdot
         measurement = plant.step(command)
@@ -81,7 +92,17 @@ def follow(scene: Scene, space: Space) -> Followed:
     held = v > _BINDING * limit_eta * (limits[1] - x)
     held |= -v > _BINDING * limit_eta * (x - limits[0])
     fast = np.abs(v) > _BINDING * limits[2]
-    return Followed(period, x, v, margins, linear, angular, _apart(first, reference[0]), fast, held & ~fast)
+    off = tuple(_apart(pose, reference[0, 8 * i : 8 * i + 8]) for i, pose in enumerate(first))
+    return Followed(period, x, v, margins, _due(scene, on), linear, angular, off, fast, held & ~fast)
+
+
+def _due(scene: Scene, on: list[str]) -> tuple[Due, ...]:
+    out = []
+    for frame, reference in zip(on, scene.references, strict=True):
+        count, of = len(reference.waypoints), f" of {frame}" if len(on) > 1 else ""
+        for i in range(count):
+            out.append(Due(f"waypoint {i + 1}{of}", i * reference.segment, reference.segment, i == count - 1))
+    return tuple(out)
 
 
 def _apart(a: Array, b: Array) -> tuple[float, float]:
@@ -95,11 +116,13 @@ def check_reference(scene: Scene, space: Space, followed: Followed) -> Part:
     """Waypoints that are reached, limits that bind and constraints that are left on the way."""
     rows, findings = _waypoints(scene, followed)
     findings += _limits(space, followed) + _left(space, followed)
-    if followed.off[0] > REACHED_LINEAR or followed.off[1] > REACHED_ANGULAR:
-        apart = f"{amount(followed.off[0], 'm')} and {amount(followed.off[1], 'rad')}"
-        what = f"begins {apart} from the tip's first pose: the arm jumps there as fast as its limits allow"
-        advice = "put the first waypoint where the tip starts, or start there"
-        findings.append(Finding(Severity.WARNING, CHECK, "waypoint 1", what, advice, {"position_m": followed.off[0]}))
+    for task, off in zip(scene.tasks, followed.off, strict=True):
+        if off[0] > REACHED_LINEAR or off[1] > REACHED_ANGULAR:
+            of = f" of {task.frame}" if len(scene.tasks) > 1 else ""
+            apart = f"{amount(off[0], 'm')} and {amount(off[1], 'rad')}"
+            what = f"begins {apart} from the tip's first pose: the arm jumps there as fast as its limits allow"
+            advice = "put the first waypoint where the tip starts, or start there"
+            findings.append(Finding(Severity.WARNING, CHECK, f"waypoint 1{of}", what, advice, {"position_m": off[0]}))
     method = f"followed on ideal joints with nothing enforced, T = {followed.period * 1e3:g} ms"
     return Part(CHECK, rows, findings, method)
 
@@ -108,12 +131,9 @@ def _waypoints(scene: Scene, f: Followed) -> tuple[list[dict[str, object]], list
     rows: list[dict[str, object]] = []
     findings = []
     cycles = f.linear.shape[1]
-    for i in range(len(f.linear)):
-        t = i * scene.reference.segment
-        a, b = (round((t + share * scene.reference.segment) / f.period) for share in (-0.25, 0.25))
-        last = i == len(f.linear) - 1
+    for i, (name, t, segment, last) in enumerate(f.due):
+        a, b = (round((t + share * segment) / f.period) for share in (-0.25, 0.25))
         window = slice(max(a, 0), cycles if last else min(max(b, 1), cycles))
-        name = f"waypoint {i + 1}"
         if t >= scene.duration or window.start >= cycles:
             what = f"is due at {t:g} s, after the scene's end at {scene.duration:g} s"
             advice = "make the scene longer or its segments shorter"

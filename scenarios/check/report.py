@@ -104,7 +104,7 @@ def _gains(scene: Scene, eta: dict[str, float]) -> list[Gain]:
     return [
         *(Gain(name, "eta", value) for name, value in eta.items()),
         Gain("joint limits", "limit_eta", scene.limit_eta),
-        Gain("task", "gain", scene.task.gain),
+        *(Gain(f"task of {t.frame}" if len(scene.tasks) > 1 else "task", "gain", t.gain) for t in scene.tasks),
     ]
 
 

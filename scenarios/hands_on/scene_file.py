@@ -25,6 +25,7 @@ from primitives.files.quantities import (
     Torques,
     of,
 )
+from primitives.files.unions import IfType
 from primitives.files.yaml_file import write
 from primitives.point_cloud import Gaps
 from primitives.spec import DeclaredField, constraints_data
@@ -198,7 +199,8 @@ _FIELDS: dict[str, Any] = {
     "set": (Annotated[str, one_of("set of parameters", lambda: PARAMETERS)], "table-1"),
 }
 _ParametersModel = create_model("_ParametersModel", __base__=_Declared, **_FIELDS)
-_Written = Annotated[str, one_of("set of parameters", lambda: PARAMETERS)] | _ParametersModel
+_Named = Annotated[str, one_of("set of parameters", lambda: PARAMETERS)]
+_Written = Annotated[_Named | _ParametersModel, IfType("string")]
 
 
 def _parameters(value: Any) -> Parameters:

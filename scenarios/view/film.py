@@ -189,8 +189,12 @@ def _spaced(points: Array, apart: float) -> list[int]:
 
 
 def _wanted(trace: Trace, keep: np.ndarray) -> Array:
-    """Positions (k, 3) of the reference where it is a pose; none where it is a velocity."""
-    if "reference" not in trace.columns or "pose" not in trace.columns or trace["reference"].shape[1] != 8:
+    """Positions (k, 3) of the first tool's reference where it is a pose; none where it is a velocity."""
+    if (
+        "reference" not in trace.columns
+        or "pose" not in trace.columns
+        or trace["reference"].shape != trace["pose"].shape
+    ):
         return np.zeros((0, 3))
-    poses = trace["reference"]
+    poses = trace["reference"][:, :8]
     return np.array([dq.translation(np.ascontiguousarray(poses[k])) for k in keep])

@@ -57,7 +57,7 @@ def shown(trace: Trace, robot: Robot, port: Port | None, clouds: Sequence[Cloud]
     if isinstance(scene, Scene):
         enforced = {c.name: c.enforced for c in scene.constraints}
         rows = _margins(trace, enforced)
-        frame = scene.task.frame or robot.tip
+        frame = scene.tasks[0].frame or robot.tip
         return Shown(trace["q"], frame, None, scene.constraints, port, clouds, rows, trace.header["solver"])
     from scenarios.hands_on.parts import build_parts
     from scenarios.hands_on.plant import TOUCHED

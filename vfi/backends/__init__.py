@@ -34,7 +34,7 @@ class Solver(NamedTuple):
     name : e.g. "lp".
     summary : one line.
     bind : from the views of a controller's program to a `Backend`; None for the compiled kernel itself.
-    tracks_pose_only : True where the program makes sense for a `PoseTask` alone.
+    tracks_pose_only : True where the program makes sense for pose tasks alone.
     """
 
     name: str

@@ -6,8 +6,9 @@
                 W v + z               = w
 
 W stacks [I; -I] with the bounds (joint limits and velocity limits merged) and -A with -b for every enforced row. For
-S5 and eight joints that is 29 rows and 53 variables. The second row, |v|_1 <= beta |x~|_1, is the paper's and is kept
-here only: it contradicts Remark 1, since with x~ = 0 nothing may move that has to be pushed out.
+S5 and eight joints that is 29 rows and 53 variables. Several pose tasks stand one below the other in J and x~. The
+second row, |v|_1 <= beta |x~|_1, is the paper's and is kept here only: it contradicts Remark 1, since with x~ = 0
+nothing may move that has to be pushed out.
 """
 
 import highspy

@@ -1,4 +1,7 @@
-"""What editors are told of mappings that their key `kind` tells apart: only the one that is meant is checked."""
+"""What editors are told of values that may be of several sorts: only the one that is meant is checked.
+
+So a mistake is shown at its own place, and not as "none of these" at the whole value.
+"""
 
 from dataclasses import dataclass
 from typing import Any
@@ -28,3 +31,14 @@ class ByKind:
         ]
         by_kind = {"required": ["kind"], "properties": {"kind": {"enum": list(self.kinds)}}, "allOf": each}
         return {"type": "object", "if": self.plain, "then": plain, "else": by_kind}
+
+
+@dataclass(frozen=True, eq=False)
+class IfType:
+    """JSON Schema of a union of two, of which a value of a type of JSON, e.g. "array", can only be the first."""
+
+    type: str
+
+    def __get_pydantic_json_schema__(self, core: CoreSchema, handler: GetJsonSchemaHandler) -> dict[str, Any]:
+        first, second = handler(core)["anyOf"]
+        return {"if": {"type": self.type}, "then": first, "else": second}
