@@ -35,7 +35,7 @@ def described_names(thing: Any) -> dict[str, str]:
 
 
 def describe(schema: dict[str, Any], things: list[Any]) -> None:
-    """Put words into the JSON Schema of a mapping, in place of the titles that repeat its keys.
+    """Put words into the JSON Schema of a mapping, and take out the titles that repeat its keys.
 
     A value that may be left empty is checked as what it is where it is not, so that a mistake is shown at its place.
 
@@ -43,7 +43,6 @@ def describe(schema: dict[str, Any], things: list[Any]) -> None:
     ----------
     things : what the mapping declares; the first that knows of a key describes it.
     """
-    schema.pop("title", None)
     if words := next((words for thing in things if (words := summary(thing))), ""):
         schema["description"] = words
     known: dict[str, str] = {}

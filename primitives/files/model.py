@@ -116,7 +116,9 @@ class FileModel(BaseModel):
         schema = handler(core)
         models = cls.__mro__[: cls.__mro__.index(FileModel)]
         things = [thing for model in models for thing in (model, vars(model).get("declares")) if thing is not None]
-        describe(handler.resolve_ref_schema(schema), things)
+        found = handler.resolve_ref_schema(schema)
+        describe(found, things)
+        found["title"] = cls.__name__.strip("_").removesuffix("Model")
         return schema
 
     @model_validator(mode="wrap")
