@@ -71,7 +71,7 @@ def robot_from(value: Any, info: ValidationInfo) -> SceneRobot:
 
 
 _Registered = Annotated[str, one_of("robot", robots.names)]
-_Written = Annotated[_Registered | OwnRobotModel, IfType("string")]
+_Written = Annotated[OwnRobotModel | _Registered, IfType("object")]
 RobotField = Annotated[SceneRobot, PlainValidator(robot_from, json_schema_input_type=_Written)]
 _ROBOT: TypeAdapter[SceneRobot] = TypeAdapter(RobotField)
 

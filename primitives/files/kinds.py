@@ -29,7 +29,7 @@ def _part(kind: str, make: Callable[[str], Element]) -> Any:
         return element
 
     frame = Annotated[str, Field(min_length=1)]
-    return PlainValidator(build, json_schema_input_type=Annotated[frame | SHAPES[kind], IfType("string")])
+    return PlainValidator(build, json_schema_input_type=Annotated[SHAPES[kind] | frame, IfType("object")])
 
 
 What = Annotated[Element, _part("", kinds.origin_of)]

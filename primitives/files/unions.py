@@ -35,10 +35,13 @@ class ByKind:
 
 @dataclass(frozen=True, eq=False)
 class IfType:
-    """JSON Schema of a union of two, of which a value of a type of JSON, e.g. "array", can only be the first."""
+    """JSON Schema of a union of two: a value of a type of JSON, "object" or "array", can only be the first."""
 
     type: str
 
     def __get_pydantic_json_schema__(self, core: CoreSchema, handler: GetJsonSchemaHandler) -> dict[str, Any]:
         first, second = handler(core)["anyOf"]
-        return {"if": {"type": self.type}, "then": first, "else": second}
+        of_first = {"type": self.type}
+        # Editors offer the names of an `anyOf` where there is no value yet, but not those of an `else`.
+        rest = {"anyOf": [second, of_first]} if "enum" in second else {"else": second}
+        return {"if": of_first, "then": first, **rest}

@@ -69,7 +69,7 @@ def _parameters(value: Any) -> JointParameters:
 
 
 _Named = Annotated[str, one_of("set of parameters", lambda: SETS)]
-_Written = Annotated[_Named | _JointParametersModel, IfType("string")]
+_Written = Annotated[_JointParametersModel | _Named, IfType("object")]
 JointParametersField = Annotated[JointParameters, PlainValidator(_parameters, json_schema_input_type=_Written)]
 """The key `admittance`; see `JointParameters`."""
 

@@ -200,7 +200,7 @@ _FIELDS: dict[str, Any] = {
 }
 _ParametersModel = create_model("_ParametersModel", __base__=_Declared, **_FIELDS)
 _Named = Annotated[str, one_of("set of parameters", lambda: PARAMETERS)]
-_Written = Annotated[_Named | _ParametersModel, IfType("string")]
+_Written = Annotated[_ParametersModel | _Named, IfType("object")]
 
 
 def _parameters(value: Any) -> Parameters:
