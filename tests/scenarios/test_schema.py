@@ -6,7 +6,7 @@ from typing import Annotated
 
 import pytest
 import yaml
-from hypothesis import given, settings
+from hypothesis import HealthCheck, given, settings
 from hypothesis import strategies as st
 from jsonschema import Draft202012Validator
 from pydantic import TypeAdapter, ValidationError
@@ -27,6 +27,7 @@ from scenarios.scene import Scene
 from scenarios.scene_file import dump_scene, load_any
 from scenarios.scenes import FOLDER
 from scenarios.schema import constraints_schema, scene_schema
+from tests.primitives.broken_files import broken_data
 from tests.scenarios.test_broken_scenes import FILES, printed
 
 BASES = {"bowl.yaml", "hands-on.yaml", "neurosurgery.yaml", "small.yaml"}
@@ -211,6 +212,14 @@ def test_each_key_that_must_be_there_must_be_unless_a_base_may_have_it(scenes, t
         for based in (rest | {"base": "base.yaml"}, {key: whole[key], "base": "base.yaml"}):
             assert not refusal(tmp_path, based)
             assert places(scenes, based) == set(), key
+
+
+@settings(deadline=None, max_examples=200, suppress_health_check=list(HealthCheck))
+@given(broken_data(WALL) | broken_data(HANDS_ON))
+def test_of_changed_scenes_those_that_are_loaded_are_valid(scenes, tmp_path, text):
+    data = json.loads(text)
+    if not refusal(tmp_path, data):
+        assert places(scenes, data) == set()
 
 
 NUMBERS = st.from_regex(r"[-+]?([0-9]{1,3}\.?[0-9]{0,2}|\.[0-9]{1,2})([eE][-+]?[0-9]{1,2})?", fullmatch=True)
