@@ -1,12 +1,13 @@
 """The JSON Schemas of files: valid themselves, true to what is loaded, and with every mistake of form at its place."""
 
 import json
+from copy import deepcopy
 from pathlib import Path
 from typing import Annotated
 
 import pytest
 import yaml
-from hypothesis import HealthCheck, given, settings
+from hypothesis import HealthCheck, assume, given, settings
 from hypothesis import strategies as st
 from jsonschema import Draft202012Validator
 from pydantic import TypeAdapter, ValidationError
@@ -27,7 +28,6 @@ from scenarios.scene import Scene
 from scenarios.scene_file import dump_scene, load_any
 from scenarios.scenes import FOLDER
 from scenarios.schema import constraints_schema, scene_schema
-from tests.primitives.broken_files import broken_data
 from tests.scenarios.test_broken_scenes import FILES, printed
 
 BASES = {"bowl.yaml", "hands-on.yaml", "neurosurgery.yaml", "small.yaml"}
@@ -122,6 +122,8 @@ Z_AXIS = [0, 0, 0, 1, 0, 0, 0, 0]
 SHAFT = {"kind": "line", "frame": "shaft"}
 HANDS_ON = yaml.safe_load(dump_hands_on(load_any("bowl-tip")))
 CONE = {"kind": "cone", "name": "cone", "axis": "shaft", "around": [0, 0, 1], "angle": "30 deg"}
+CONES = WALL | {"constraints": [CONE, CONE | {"name": "other", "axis": SHAFT}], "limits": {"joint7": [-0.2, 0.2]}}
+BY_HAND = yaml.safe_load(dump_scene(load_any("S5-hand")))
 RIGHT = {
     "as it is": {},
     "SI numbers": {"period": 0.004, "duration": 3},
@@ -214,12 +216,32 @@ def test_each_key_that_must_be_there_must_be_unless_a_base_may_have_it(scenes, t
             assert places(scenes, based) == set(), key
 
 
-@settings(deadline=None, max_examples=200, suppress_health_check=list(HealthCheck))
-@given(broken_data(WALL) | broken_data(HANDS_ON))
-def test_of_changed_scenes_those_that_are_loaded_are_valid(scenes, tmp_path, text):
-    data = json.loads(text)
-    if not refusal(tmp_path, data):
-        assert places(scenes, data) == set()
+QUANTITIES = ("5 mm", "0.1 rad", "2 deg", "4 ms", "250 Hz", "1e1 N", " 3  1/s ", "2 N s/m", "1 mJ", "-1 cm", "-0 m")
+PLAIN = (0, 1, 0.5, 1e300, -1, None, True, "tip", "neuro8", "", [], {}, [0, 0, 1], {"": 1})
+OTHERS = st.sampled_from((*QUANTITIES, *PLAIN))
+
+
+@st.composite
+def changed_data(draw, data):
+    """Data with one value, anywhere, left out or replaced by what might stand there."""
+    at = data = deepcopy(data)
+    while True:
+        key = draw(st.sampled_from(sorted(at) if isinstance(at, dict) else range(len(at))))
+        if not isinstance(at[key], dict | list) or not at[key] or draw(st.integers(0, 4)) == 0:
+            break
+        at = at[key]
+    if draw(st.integers(0, 5)) == 0:
+        del at[key]
+    else:
+        at[key] = draw(OTHERS)
+    return data
+
+
+@settings(deadline=None, max_examples=60, suppress_health_check=list(HealthCheck))
+@given(st.sampled_from([WALL, CONES, HANDS_ON, BY_HAND]).flatmap(changed_data))
+def test_of_changed_scenes_those_that_are_loaded_are_valid(scenes, tmp_path, data):
+    assume(not refusal(tmp_path, data))
+    assert places(scenes, data) == set(), data
 
 
 NUMBERS = st.from_regex(r"[-+]?([0-9]{1,3}\.?[0-9]{0,2}|\.[0-9]{1,2})([eE][-+]?[0-9]{1,2})?", fullmatch=True)
