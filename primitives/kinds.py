@@ -30,6 +30,7 @@ def forbidden_region(
 
     Parameters
     ----------
+    what, around : the part of the tool; the point, line or segment in the middle of the region.
     radius, tool_radius : of the region, and of the tool around its part, metres.
     more : other arguments of `Constraint`; so everywhere below.
     """
@@ -41,6 +42,10 @@ def stay_inside(
     name: str, what: Element, around: Element, radius: float, *, tool_radius: float = 0.0, **more: Any
 ) -> Constraint:
     """Keep a part of the tool, with what is around it, in the sphere or cylinder around a point or a line.
+
+    Parameters
+    ----------
+    what, around : the part of the tool; the point or line in the middle of the region.
 
     Raises
     ------
@@ -63,17 +68,33 @@ def keep_below(name: str, what: Point, plane: Plane, *, distance: float = 0.0, *
 
 
 def cone(name: str, axis: Line, around: Line, angle: float, **more: Any) -> Constraint:
-    """Keep the direction of a line of the tool within an angle, rad, of that of another line."""
+    """Keep the direction of a line of the tool within an angle of that of another line.
+
+    Parameters
+    ----------
+    axis, around : the line of the tool; the line, or in files the (3,) direction, in the middle of the cone.
+    angle : from the middle to the cone, rad.
+    """
     return Constraint(name, axis, around, "inside", angle, "line_line_angle", **more)
 
 
 def rcm(name: str, shaft: Line, port: Point, tolerance: float, **more: Any) -> Constraint:
-    """Keep a shaft's line within a tolerance, metres, of a port: paper V's entry sphere."""
+    """Keep a shaft's line within a tolerance of a port: paper V's entry sphere.
+
+    Parameters
+    ----------
+    port : in files (3,), metres, world. tolerance : metres.
+    """
     return Constraint(name, shaft, port, "inside", tolerance, **more)
 
 
 def cloud(name: str, what: Element, cloud: str, *, tool_radius: float = 0.0, **more: Any) -> Constraint:
-    """Keep a point or segment of the tool, with a radius in metres around it, out of a point cloud."""
+    """Keep a point or segment of the tool, with a radius around it, out of a point cloud.
+
+    Parameters
+    ----------
+    cloud : its name, in scenes a part of the anatomy. tool_radius : metres.
+    """
     return Constraint(name, what, Cloud.named(cloud), "outside", tool_radius, **more)
 
 

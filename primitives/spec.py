@@ -13,6 +13,8 @@ in radians, or texts such as "5 mm" and "30 deg"; what is written is the form ab
 """
 
 from collections.abc import Iterable
+from functools import reduce
+from operator import or_
 from pathlib import Path
 from typing import Annotated, Any, NamedTuple
 
@@ -23,7 +25,6 @@ from pydantic import (
     TypeAdapter,
     ValidationError,
     ValidationInfo,
-    WithJsonSchema,
 )
 
 from primitives.constraint import KEEPS, SAFETY_CLASSES, Constraint, ConstraintSet, Keep, SafetyClass
@@ -34,7 +35,8 @@ from primitives.files.fields import Text, check_text, list_of, one_of
 from primitives.files.joints import Ranges
 from primitives.files.kinds import KINDS
 from primitives.files.model import FileModel, gather, problem_at, validate
-from primitives.files.quantities import quantity
+from primitives.files.quantities import or_text, quantity
+from primitives.files.unions import ByKind
 from primitives.files.yaml_file import read, write
 from primitives.pair import CLOUD_PAIRS
 from primitives.registry import pairs
@@ -58,12 +60,13 @@ def _distance(value: Any, info: ValidationInfo) -> Any:
 
 
 class _ConstraintModel(FileModel):
+    declares = Constraint
     name: Text
     first: ElementField
     second: ElementField
     keep: Annotated[Keep, one_of("side to keep", lambda: KEEPS)]
     pair: Annotated[str, one_of("pair", pair_names)] = ""
-    safe_distance: Annotated[float, Field(ge=0.0), BeforeValidator(_distance, json_schema_input_type=float | str)]
+    safe_distance: Annotated[float, Field(ge=0.0), BeforeValidator(_distance), or_text("a length", "an angle")]
     safety_class: Annotated[SafetyClass, one_of("safety class", lambda: SAFETY_CLASSES)] = "patient"
     enforced: bool = True
 
@@ -125,15 +128,32 @@ def declared_names(data: Any) -> list[str | None]:
     return [name if isinstance(name, str) else None for name in names]
 
 
-DeclaredField = Annotated[
-    Declared, PlainValidator(_declared), WithJsonSchema({"type": "array", "items": {"$ref": "#/$defs/constraint"}})
-]
+def _entries(*kinds: str) -> Any:
+    """How a list of constraints of these kinds, and of the plain form, may be written."""
+    models: Any = [*(KINDS[kind] for kind in kinds), _ConstraintModel]
+    return list[Annotated[reduce(or_, models), ByKind(kinds, {"not": {"required": ["kind"]}})]]  # type: ignore[misc]
+
+
+DeclaredField = Annotated[Declared, PlainValidator(_declared, json_schema_input_type=_entries(*KINDS))]
 """A list of constraints in a file; the names given to `validate` as "frame" are the frames it may refer to."""
-ConstraintsField = Annotated[ConstraintSet, PlainValidator(lambda data, info: _no_limits(_declared(data, info)))]
+ConstraintsField = Annotated[
+    ConstraintSet,
+    PlainValidator(
+        lambda data, info: _no_limits(_declared(data, info)),
+        json_schema_input_type=_entries(*(kind for kind in KINDS if kind != "joint_limits")),
+    ),
+]
 """The same where there is no robot whose joints could be limited."""
 
 
-class _ConstraintsModel(FileModel):
+class ConstraintsModel(FileModel):
+    """A file with constraints alone.
+
+    Attributes
+    ----------
+    constraints : each of a kind, or in the plain form: first, second, keep and safe_distance.
+    """
+
     constraints: ConstraintsField
 
 
@@ -148,7 +168,7 @@ def load_constraints(path: str | Path, *, frames: Iterable[str] | None = None) -
     ------
     FileError : everything that is wrong with the file, a line each, with file and line.
     """
-    return validate(_ConstraintsModel, read(path), {"frame": frames}).constraints
+    return validate(ConstraintsModel, read(path), {"frame": frames}).constraints
 
 
 def constraints_from_data(
@@ -166,7 +186,7 @@ def constraints_from_data(
     FileError : everything that is wrong with the data.
     """
     document = Document({"constraints": data}, {(): Mark(name, 0)})
-    return validate(_ConstraintsModel, document, {"frame": frames}).constraints
+    return validate(ConstraintsModel, document, {"frame": frames}).constraints
 
 
 def constraints_data(constraints: ConstraintSet) -> list[dict[str, Any]]:

@@ -16,6 +16,7 @@ from scenarios.commands.import_vfi import import_vfi
 from scenarios.commands.init import init
 from scenarios.commands.names import GuardMode, PlantName
 from scenarios.commands.report import report
+from scenarios.commands.schema import schema
 
 app = typer.Typer(
     help="Active constraints for surgical robots: run scenes, compare enforcements, look at what happened.",
@@ -184,6 +185,7 @@ app.command("diff")(diff)
 app.command("check")(check)
 app.command("import")(import_vfi)
 app.command("init")(init)
+app.command("schema")(schema)
 
 
 def main() -> None:

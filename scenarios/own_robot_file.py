@@ -3,13 +3,14 @@
 from collections.abc import Mapping
 from typing import Annotated, Any
 
-from pydantic import Field, PlainValidator, TypeAdapter, ValidationInfo, WithJsonSchema
+from pydantic import ConfigDict, Field, PlainValidator, TypeAdapter, ValidationInfo
 
 from primitives.errors import InputError, UnknownNameError
-from primitives.files.fields import Positive, Text, refers_to
+from primitives.files.fields import Positive, Text, one_of, refers_to
 from primitives.files.joints import RangesField
 from primitives.files.model import FileModel, show
 from primitives.files.quantities import Position, Rotation, of
+from primitives.files.unions import IfType
 from scenarios.own_robot import OwnRobot, Placement, SceneRobot
 from scenarios.robots import robots
 
@@ -20,6 +21,7 @@ def _three(value: list[float]) -> tuple[float, float, float]:
 
 
 class _PlacementModel(FileModel):
+    declares = Placement
     on: Text
     position: Position = Field(default=[0.0, 0.0, 0.0])
     rotation: Rotation = Field(default=[0.0, 0.0, 0.0])
@@ -34,6 +36,8 @@ _Speed = Annotated[Positive, of("a turning speed", "a speed")]
 class OwnRobotModel(FileModel):
     """The keys of an own robot."""
 
+    declares = OwnRobot
+    model_config = ConfigDict(json_schema_extra={"anyOf": [{"required": [file]} for file in ("urdf", "mjcf")]})
     urdf: Text | None = None
     mjcf: Text | None = None
     tip: Text | None = None
@@ -66,11 +70,9 @@ def robot_from(value: Any, info: ValidationInfo) -> SceneRobot:
     raise UnknownNameError("robot", value[:60], robots.names())
 
 
-RobotField = Annotated[
-    SceneRobot,
-    PlainValidator(robot_from),
-    WithJsonSchema({"anyOf": [{"$ref": "#/$defs/robot name"}, {"$ref": "#/$defs/OwnRobotModel"}]}),
-]
+_Registered = Annotated[str, one_of("robot", robots.names)]
+_Written = Annotated[OwnRobotModel | _Registered, IfType("object")]
+RobotField = Annotated[SceneRobot, PlainValidator(robot_from, json_schema_input_type=_Written)]
 _ROBOT: TypeAdapter[SceneRobot] = TypeAdapter(RobotField)
 
 

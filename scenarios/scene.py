@@ -17,13 +17,15 @@ from scenarios.trajectory import PoseTrajectory
 from vfi.tasks import PoseTask
 
 MAX_CYCLES = 10_000_000
+NAME = "[A-Za-z0-9][A-Za-z0-9._-]{0,63}"
+"""Regular expression of the names of scenes."""
 COORDINATIONS = ("central", "static", "velocity")
 """How arms that a scene moves together are decided; see `scenarios.coordination`."""
 
 
 def check_name(name: str) -> str:
     """A name that may also name a file; raises InputError."""
-    if not isinstance(name, str) or not re.fullmatch("[A-Za-z0-9][A-Za-z0-9._-]{0,63}", name):
+    if not isinstance(name, str) or not re.fullmatch(NAME, name):
         raise InputError(f"name of a scene: expected 1 to 64 letters, digits, '.', '_' or '-', got {name!r:.80}")
     return name
 
@@ -59,7 +61,7 @@ class Scene:
     group : joint group whose velocities are decided.
     start : (n,) first configuration of all joints, rad and m.
     constraints : enforced and watched ones.
-    task : what the tool does; reference : its reference. Of several tools: a tuple each, in the same order.
+    task : what the tool does; of several tools a tuple. reference : the way it is led; in the same order.
     arms : joint groups that can be decided each by a controller of its own, one a task; empty where there is none.
     coordination : "central", one program decides all joints; "static" or "velocity", one program an arm.
     eta : gain of the inequalities, 1/s, one number or {constraint: gain} with "" for the others.

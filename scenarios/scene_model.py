@@ -9,26 +9,38 @@ from pydantic import AfterValidator, Field, PlainValidator, TypeAdapter, Validat
 
 from primitives.constraint import ConstraintSet
 from primitives.errors import InputError
-from primitives.files.fields import Numbers, Positive, Text, check_text, list_of, one_of, one_or_list_of, refers_to
+from primitives.files.fields import (
+    Numbers,
+    Positive,
+    Text,
+    check_text,
+    items,
+    list_of,
+    one_of,
+    one_or_list_of,
+    refers_to,
+)
 from primitives.files.joints import Configuration, Ranges, RangesField
 from primitives.files.model import FileModel, gather, show
 from primitives.files.quantities import Period, Position, Rate, Rotation, Span
+from primitives.files.unions import IfType
 from primitives.spec import Declared, DeclaredField, constraints_data
 from scenarios.by_hand.model import GuideModel, JointParametersField, by_hand_data
 from scenarios.own_robot_file import RobotField, robot_data
-from scenarios.scene import COORDINATIONS, Scene, check_duration, check_name
+from scenarios.scene import COORDINATIONS, NAME, Scene, check_duration, check_name
 from scenarios.trajectory import PoseTrajectory, Waypoint
 from vfi.tasks import PoseTask
 
 _T = TypeVar("_T")
 
 
-def _alone(items: list[_T]) -> _T | tuple[_T, ...]:
+def _alone(several: list[_T]) -> _T | tuple[_T, ...]:
     """One item itself, several as a tuple."""
-    return items[0] if len(items) == 1 else tuple(items)
+    return several[0] if len(several) == 1 else tuple(several)
 
 
 class _WaypointModel(FileModel):
+    declares = Waypoint
     position: Position
     rotation: Rotation = Field(default=[0.0, 0.0, 0.0])
 
@@ -40,7 +52,8 @@ def _some(value: list[_WaypointModel]) -> list[_WaypointModel]:
 
 
 class _ReferenceModel(FileModel):
-    waypoints: Annotated[list[_WaypointModel], list_of(_WaypointModel), AfterValidator(_some)]
+    declares = PoseTrajectory
+    waypoints: Annotated[list[_WaypointModel], list_of(_WaypointModel), AfterValidator(_some), items(1)]
     segment: Span
 
     def build(self) -> PoseTrajectory:
@@ -56,10 +69,11 @@ def _weight(value: list[float]) -> list[float]:
 
 
 class _TaskModel(FileModel):
+    declares = PoseTask
     frame: Annotated[Text, refers_to("frame")] | None = None
     gain: Rate = PoseTask.gain
     damping: Positive = PoseTask.damping
-    weight: Annotated[Numbers, AfterValidator(_weight)] = [1.0] * 8
+    weight: Annotated[Numbers, AfterValidator(_weight), items(8, 8)] = [1.0] * 8
 
 
 def _duration(value: float, info: ValidationInfo) -> float:
@@ -71,6 +85,7 @@ Duration = Annotated[Span, AfterValidator(_duration)]
 
 _GAIN = TypeAdapter(Rate)
 _GAINS = TypeAdapter(dict[Annotated[str, refers_to("constraint", "")], Rate])
+_Eta = Annotated[dict[str, Rate] | Rate, IfType("object")]
 
 
 def _eta(value: Any, info: ValidationInfo) -> float | Mapping[str, float]:
@@ -98,10 +113,19 @@ def chosen(declared: Declared, enforce: list[str] | None) -> ConstraintSet:
     return declared.constraints if enforce is None else declared.constraints.enforcing(enforce)
 
 
-class SceneModel(FileModel):
-    """The keys of a scene file, once those of its base are joined."""
+SceneName = Annotated[Text, AfterValidator(check_name), Field(json_schema_extra={"pattern": f"^{NAME}$"})]
 
-    name: Annotated[Text, AfterValidator(check_name)]
+
+class SceneModel(FileModel):
+    """The keys of a scene file, once those of its base are joined.
+
+    Attributes
+    ----------
+    enforce : names of the constraints that are enforced, the others are watched; left out, as each declares.
+    """
+
+    declares = Scene
+    name: SceneName
     summary: Text
     robot: RobotField
     group: Annotated[Text, refers_to("joint group")]
@@ -114,7 +138,7 @@ class SceneModel(FileModel):
     coordination: Annotated[str, one_of("coordination", lambda: COORDINATIONS)] = Scene.coordination
     period: Period
     duration: Duration
-    eta: Annotated[float | Mapping[str, float], PlainValidator(_eta)] = Scene.eta
+    eta: Annotated[float | Mapping[str, float], PlainValidator(_eta, json_schema_input_type=_Eta)] = Scene.eta
     limit_eta: Rate = Scene.limit_eta
     limits: LimitsField = Field(default_factory=dict)
     hand: GuideModel | None = None

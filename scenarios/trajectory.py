@@ -38,6 +38,10 @@ class Waypoint:
 class PoseTrajectory:
     """Waypoints joined by ScLERP, each segment in the same time and linear in it; the last one is held.
 
+    Attributes
+    ----------
+    waypoints : at least one. segment : seconds from one to the next.
+
     Raises
     ------
     InputError : no waypoint, something that is none, or a time that is not > 0.

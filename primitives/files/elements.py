@@ -12,17 +12,21 @@ what it is attached to: a robot's `frame`, a moving `entity`, or the world where
 """
 
 from abc import abstractmethod
+from collections.abc import Mapping
+from functools import reduce
 from math import hypot
-from typing import Annotated, Any
+from operator import or_
+from typing import Annotated, Any, Literal
 
 import numpy as np
-from pydantic import AfterValidator, Field, PlainValidator, ValidationInfo, WithJsonSchema
+from pydantic import AfterValidator, Field, PlainValidator, ValidationInfo
 
 from primitives.elements import WORLD, Cloud, Element, Line, Plane, Point, Segment
 from primitives.errors import InputError, UnknownNameError
-from primitives.files.fields import Numbers, Text, Vector, check_text, refers_to
+from primitives.files.fields import Numbers, Text, Vector, check_text, items, one_of, refers_to
 from primitives.files.model import FileModel, problem_at, show
 from primitives.files.quantities import Length, Position
+from primitives.files.unions import ByKind
 
 
 def _direction(value: list[float]) -> list[float]:
@@ -36,7 +40,15 @@ Direction = Annotated[Vector, AfterValidator(_direction)]
 
 
 class _Attached(FileModel):
-    kind: str
+    """An element.
+
+    Attributes
+    ----------
+    cloud : name of a part of the anatomy.
+    """
+
+    declares = Element
+    kind: Any
     frame: Annotated[Text, refers_to("frame")] = WORLD
     entity: Text | None = None
 
@@ -45,6 +57,15 @@ class _Attached(FileModel):
 
 
 class _Point(_Attached):
+    """A point.
+
+    Attributes
+    ----------
+    position : (3,) metres.
+    """
+
+    declares = Point
+    kind: Literal["point"]
     position: Position
 
     def build(self) -> Element:
@@ -52,6 +73,16 @@ class _Point(_Attached):
 
 
 class _Line(_Attached):
+    """A line.
+
+    Attributes
+    ----------
+    point : (3,) of the line, metres; the origin by default.
+    direction : (3,) along the line, of any length but zero; z by default.
+    """
+
+    declares = Line
+    kind: Literal["line"]
     point: Position = Field(default=[0.0, 0.0, 0.0])
     direction: Direction = Field(default=[0.0, 0.0, 1.0])
 
@@ -60,6 +91,15 @@ class _Line(_Attached):
 
 
 class _Plane(_Attached):
+    """A plane; above it is the side that its normal points to.
+
+    Attributes
+    ----------
+    point : (3,) of the plane, metres. normal : (3,) of any length but zero.
+    """
+
+    declares = Plane
+    kind: Literal["plane"]
     point: Position
     normal: Direction
 
@@ -68,6 +108,15 @@ class _Plane(_Attached):
 
 
 class _Segment(_Attached):
+    """A segment, the axis of a capsule.
+
+    Attributes
+    ----------
+    start, end : (3,) metres.
+    """
+
+    declares = Segment
+    kind: Literal["segment"]
     start: Position
     end: Position
 
@@ -77,6 +126,10 @@ class _Segment(_Attached):
 
 
 class _Cloud(_Attached):
+    """A point cloud."""
+
+    declares = Cloud
+    kind: Literal["cloud"]
     cloud: Annotated[Text, refers_to("cloud")]
 
     def build(self) -> Element:
@@ -84,7 +137,10 @@ class _Cloud(_Attached):
 
 
 class _Exact(_Attached):
-    dual_quaternion: Numbers
+    """An element by its dual quaternion."""
+
+    kind: Annotated[str, one_of("kind of element", lambda: _SHAPES)]
+    dual_quaternion: Annotated[Numbers, items(8, 8)]
     length: Length = 0.0
     cloud: Annotated[Text, refers_to("cloud")] | None = None
 
@@ -120,7 +176,14 @@ def element_from(data: Any, info: ValidationInfo) -> Element:
         return model.model_validate(data, context=info.context).build()
 
 
-ElementField = Annotated[Element, PlainValidator(element_from), WithJsonSchema({"$ref": "#/$defs/element"})]
+def _written(*kinds: str) -> Any:
+    models: Any = [*(_SHAPES[kind] for kind in kinds), _Exact]
+    return Annotated[reduce(or_, models), ByKind(kinds, {"required": ["dual_quaternion"]})]
+
+
+SHAPES: Mapping[str, Any] = {"": _written(*_SHAPES), **{kind: _written(kind) for kind in _SHAPES}}
+"""How an element of a kind, "" for any, may be written."""
+ElementField = Annotated[Element, PlainValidator(element_from, json_schema_input_type=SHAPES[""])]
 """An element in a file; the names given to `validate` as "frame" are the frames it may refer to."""
 
 

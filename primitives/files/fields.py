@@ -1,22 +1,25 @@
 """Values that stand in several kinds of file: texts, vectors, names of things, lists."""
 
 from collections.abc import Callable, Iterable
+from dataclasses import dataclass
 from typing import Annotated, Any
 
 from pydantic import (
     AfterValidator,
-    BeforeValidator,
     Field,
+    GetCoreSchemaHandler,
+    GetJsonSchemaHandler,
     PlainValidator,
     TypeAdapter,
     ValidationError,
     ValidationInfo,
 )
-from pydantic_core import InitErrorDetails, PydanticCustomError
+from pydantic_core import CoreSchema, InitErrorDetails, PydanticCustomError, core_schema
 
 from primitives.errors import InputError
 from primitives.files.document import MAX_PROBLEMS
 from primitives.files.model import TOLD, Names, kept, show
+from primitives.files.unions import IfType
 
 
 def _unknown(kind: str, name: str, names: list[str]) -> PydanticCustomError:
@@ -36,18 +39,27 @@ def refers_to(kind: str, *also: str) -> AfterValidator:
     return AfterValidator(check)
 
 
-def one_of(kind: str, names: Callable[[], Iterable[str]]) -> BeforeValidator:
+@dataclass(frozen=True)
+class one_of:  # noqa: N801
     """Validator of a text that is one of a few; `names` is called when they are needed."""
 
-    def check(value: Any) -> Any:
-        listed = list(names())
+    kind: str
+    names: Callable[[], Iterable[str]]
+
+    def check(self, value: Any) -> Any:
+        """The value, if it is one of them."""
+        listed = list(self.names())
         if isinstance(value, str) and value not in listed:
-            raise _unknown(kind, value, listed)
+            raise _unknown(self.kind, value, listed)
         if not isinstance(value, str):
             raise InputError(f"expected one of {', '.join(listed)}, got {show(value)}")
         return value
 
-    return BeforeValidator(check)
+    def __get_pydantic_core_schema__(self, source: Any, handler: GetCoreSchemaHandler) -> CoreSchema:
+        return core_schema.no_info_before_validator_function(self.check, handler(source))
+
+    def __get_pydantic_json_schema__(self, core: CoreSchema, handler: GetJsonSchemaHandler) -> dict[str, Any]:
+        return {"enum": list(self.names())}
 
 
 def check_text(text: str) -> str:
@@ -64,9 +76,15 @@ def three(value: list[float]) -> list[float]:
     return value
 
 
-Text = Annotated[str, AfterValidator(check_text)]
+def items(least: int, most: int | None = None) -> Any:
+    """What editors are told of the length of a list that a validator checks."""
+    length: dict[str, Any] = {"minItems": least} if most is None else {"minItems": least, "maxItems": most}
+    return Field(json_schema_extra=length)
+
+
+Text = Annotated[str, AfterValidator(check_text), Field(json_schema_extra={"minLength": 1, "maxLength": 200})]
 Numbers = list[float]
-Vector = Annotated[Numbers, AfterValidator(three)]
+Vector = Annotated[Numbers, AfterValidator(three), items(3, 3)]
 Positive = Annotated[float, Field(gt=0.0)]
 
 
@@ -91,7 +109,7 @@ def list_of(item: Any) -> PlainValidator:
             raise ValidationError.from_exception_data(TOLD, found)
         return out
 
-    return PlainValidator(check)
+    return PlainValidator(check, json_schema_input_type=list[item])
 
 
 def one_or_list_of(item: Any) -> PlainValidator:
@@ -103,4 +121,4 @@ def one_or_list_of(item: Any) -> PlainValidator:
             return list(many.validate_python(value, context=info.context))
         return [adapter.validate_python(value, strict=True, context=info.context)]
 
-    return PlainValidator(check)
+    return PlainValidator(check, json_schema_input_type=Annotated[list[item] | item, IfType("array")])

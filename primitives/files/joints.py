@@ -2,10 +2,11 @@
 
 from typing import Annotated, Any, Literal
 
-from pydantic import PlainValidator, TypeAdapter, ValidationError, ValidationInfo, WithJsonSchema
+from pydantic import PlainValidator, TypeAdapter, ValidationError, ValidationInfo
 from pydantic_core import InitErrorDetails
 
 from primitives.errors import InputError
+from primitives.files.fields import items
 from primitives.files.model import TOLD, Names, kept, show, told
 from primitives.files.quantities import of
 
@@ -75,19 +76,10 @@ def _ranges(value: Any, info: ValidationInfo) -> Ranges:
     return out
 
 
-_NUMBER_OR_TEXT = {"anyOf": [{"type": "number"}, {"type": "string"}]}
-Configuration = Annotated[
-    list[float], PlainValidator(_configuration), WithJsonSchema({"type": "array", "items": _NUMBER_OR_TEXT})
-]
+_Numbers = list[Annotated[float, of("an angle", "a length")]]
+Configuration = Annotated[list[float], PlainValidator(_configuration, json_schema_input_type=_Numbers)]
 """A number a joint; names "joint" and "sliding joint" say which, where the robot is known."""
 RangesField = Annotated[
-    Ranges,
-    PlainValidator(_ranges),
-    WithJsonSchema(
-        {
-            "type": "object",
-            "additionalProperties": {"type": "array", "items": _NUMBER_OR_TEXT, "minItems": 2, "maxItems": 2},
-        }
-    ),
+    Ranges, PlainValidator(_ranges, json_schema_input_type=dict[str, Annotated[_Numbers, items(2, 2)]])
 ]
 """{joint: (lower, upper)}."""

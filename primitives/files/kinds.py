@@ -2,19 +2,20 @@
 
 from abc import abstractmethod
 from collections.abc import Callable
-from typing import Annotated, Any, Literal
+from typing import Annotated, Any, ClassVar, Literal
 
-from pydantic import Field, PlainValidator, ValidationInfo, WithJsonSchema
+from pydantic import Field, PlainValidator, ValidationInfo
 
 from primitives import kinds
 from primitives.constraint import SAFETY_CLASSES, Constraint, SafetyClass
 from primitives.elements import Element, Line, Plane, Point
 from primitives.errors import InputError
-from primitives.files.elements import Direction, ElementField, element_from
+from primitives.files.elements import SHAPES, Direction, ElementField, element_from
 from primitives.files.fields import Text, one_of, refers_to
 from primitives.files.joints import Ranges, RangesField
 from primitives.files.model import FileModel
 from primitives.files.quantities import Position, PositiveAngle, PositiveLength, SomeLength
+from primitives.files.unions import IfType
 
 
 def _part(kind: str, make: Callable[[str], Element]) -> Any:
@@ -27,16 +28,25 @@ def _part(kind: str, make: Callable[[str], Element]) -> Any:
             raise InputError(f"expected a {kind}, got a {element.kind}")
         return element
 
-    return PlainValidator(build)
+    frame = Annotated[str, Field(min_length=1)]
+    return PlainValidator(build, json_schema_input_type=Annotated[SHAPES[kind] | frame, IfType("object")])
 
 
-_SCHEMA = WithJsonSchema({"anyOf": [{"type": "string"}, {"$ref": "#/$defs/element"}]})
-What = Annotated[Element, _part("", kinds.origin_of), _SCHEMA]
-WhatPoint = Annotated[Point, _part("point", kinds.origin_of), _SCHEMA]
-Shaft = Annotated[Line, _part("line", Line.z_axis), _SCHEMA]
+What = Annotated[Element, _part("", kinds.origin_of)]
+WhatPoint = Annotated[Point, _part("point", kinds.origin_of)]
+Shaft = Annotated[Line, _part("line", Line.z_axis)]
 
 
 class _Kind(FileModel):
+    """A constraint of a kind.
+
+    Attributes
+    ----------
+    what : part of the tool: an element, or the name of a frame for its origin.
+    shaft, axis : line of the tool: an element, or the name of a frame for its z axis.
+    """
+
+    declares: ClassVar[Any] = Constraint
     name: Text
     safety_class: Annotated[SafetyClass, one_of("safety class", lambda: SAFETY_CLASSES)] = "patient"
     enforced: bool = True
@@ -49,6 +59,7 @@ class _Kind(FileModel):
 
 
 class _Forbidden(_Kind):
+    declares = kinds.forbidden_region
     kind: Literal["forbidden_region"]
     what: What
     around: ElementField
@@ -62,6 +73,7 @@ class _Forbidden(_Kind):
 
 
 class _Inside(_Forbidden):
+    declares = kinds.stay_inside
     kind: Literal["stay_inside"]  # type: ignore[assignment]
 
     def build(self) -> Constraint:
@@ -71,6 +83,15 @@ class _Inside(_Forbidden):
 
 
 class _Above(_Kind):
+    """Keep a point on the side of a plane that its normal points to, a distance away from it.
+
+    Attributes
+    ----------
+    point : (3,) of the plane, metres, world. normal : (3,) in the world, of any length but zero; z by default.
+    distance : metres.
+    """
+
+    declares = kinds.keep_above
     kind: Literal["keep_above"]
     what: WhatPoint
     point: Position
@@ -83,6 +104,9 @@ class _Above(_Kind):
 
 
 class _Below(_Above):
+    """Keep a point on the side of a plane that its normal does not point to, a distance away from it."""
+
+    declares = kinds.keep_below
     kind: Literal["keep_below"]  # type: ignore[assignment]
 
     def build(self) -> Constraint:
@@ -91,6 +115,7 @@ class _Below(_Above):
 
 
 class _Cone(_Kind):
+    declares = kinds.cone
     kind: Literal["cone"]
     axis: Shaft
     around: Direction
@@ -101,6 +126,7 @@ class _Cone(_Kind):
 
 
 class _Rcm(_Kind):
+    declares = kinds.rcm
     kind: Literal["rcm"]
     shaft: Shaft
     port: Position
@@ -111,6 +137,7 @@ class _Rcm(_Kind):
 
 
 class _OfCloud(_Kind):
+    declares = kinds.cloud
     kind: Literal["cloud"]
     what: What
     cloud: Annotated[Text, refers_to("cloud")]
@@ -121,7 +148,12 @@ class _OfCloud(_Kind):
 
 
 class JointLimits(FileModel):
-    """Ranges of joints, which a scene keeps beside its constraints."""
+    """Ranges of joints, which a scene keeps beside its constraints.
+
+    Attributes
+    ----------
+    limits : {joint: [lower, upper]}, rad and m.
+    """
 
     kind: Literal["joint_limits"]
     limits: RangesField

@@ -2,12 +2,20 @@
 
 from collections.abc import Iterable, Mapping
 from functools import partial
-from typing import Any, Self, TypeVar
+from typing import Any, ClassVar, Self, TypeVar
 
-from pydantic import BaseModel, ConfigDict, ModelWrapValidatorHandler, ValidationError, model_validator
-from pydantic_core import ErrorDetails, InitErrorDetails, PydanticCustomError
+from pydantic import (
+    BaseModel,
+    ConfigDict,
+    GetJsonSchemaHandler,
+    ModelWrapValidatorHandler,
+    ValidationError,
+    model_validator,
+)
+from pydantic_core import CoreSchema, ErrorDetails, InitErrorDetails, PydanticCustomError
 
 from primitives.errors import UnknownNameError
+from primitives.files.described import describe
 from primitives.files.document import Document, Problem, ValuePath, in_words, refuse
 
 TOLD = "told"
@@ -92,9 +100,26 @@ def _in_words(told: Mapping[str, Any]) -> str:
 
 
 class FileModel(BaseModel):
-    """A mapping in a file: no unknown keys, no conversions but from whole numbers to floats, and errors in words."""
+    """A mapping in a file: no unknown keys, no conversions but from whole numbers to floats, and errors in words.
 
+    Attributes
+    ----------
+    declares : what the mapping declares; where the model's own docstring is silent, editors are told what this one's
+        says of the keys.
+    """
+
+    declares: ClassVar[Any] = None
     model_config = ConfigDict(extra="forbid", strict=True, allow_inf_nan=False)
+
+    @classmethod
+    def __get_pydantic_json_schema__(cls, core: CoreSchema, handler: GetJsonSchemaHandler, /) -> dict[str, Any]:
+        schema = handler(core)
+        models = cls.__mro__[: cls.__mro__.index(FileModel)]
+        things = [thing for model in models for thing in (model, vars(model).get("declares")) if thing is not None]
+        found = handler.resolve_ref_schema(schema)
+        describe(found, things)
+        found["title"] = cls.__name__.strip("_").removesuffix("Model")
+        return schema
 
     @model_validator(mode="wrap")
     @classmethod

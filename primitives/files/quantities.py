@@ -6,14 +6,14 @@ Decimal digits are multiplied as decimals, so that "1.2 mm" is the same float as
 import re
 from collections.abc import Callable, Mapping
 from decimal import Decimal
-from functools import partial
 from math import radians
 from typing import Annotated, Any
 
-from pydantic import AfterValidator, BeforeValidator, Field
+from pydantic import AfterValidator, Field, GetCoreSchemaHandler, GetJsonSchemaHandler
+from pydantic_core import CoreSchema, core_schema
 
 from primitives.errors import InputError, UnknownNameError
-from primitives.files.fields import Positive, three
+from primitives.files.fields import Positive, items, three
 from primitives.files.model import show
 
 Convert = Callable[[Decimal], float]
@@ -61,7 +61,7 @@ def quantity(value: Any, *dimensions: str) -> Any:
     if not isinstance(value, str):
         return value
     units = {unit: convert for d in dimensions for unit, convert in UNITS[d].items()}
-    expected = f"{' or '.join(dimensions)}: a number in {_first(dimensions)}, or a text with {', '.join(units)}"
+    expected = _expected(dimensions)
     found = _QUANTITY.fullmatch(value.strip()) if len(value) <= LONGEST else None
     if found is None:
         raise InputError(f"expected {expected}, got {show(value)}")
@@ -77,24 +77,45 @@ def quantity(value: Any, *dimensions: str) -> Any:
         raise InputError(f"expected {expected}, got {show(value)}") from None
 
 
-def _first(dimensions: tuple[str, ...]) -> str:
-    return " or ".join(next(iter(UNITS[d])) for d in dimensions)
+def _expected(dimensions: tuple[str, ...]) -> str:
+    first = " or ".join(next(iter(UNITS[d])) for d in dimensions)
+    units = ", ".join(unit for d in dimensions for unit in UNITS[d])
+    return f"{' or '.join(dimensions)}: a number in {first}, or a text with {units}"
 
 
-def of(*dimensions: str) -> BeforeValidator:
+class or_text:  # noqa: N801
+    """JSON Schema, for editors, of a number or a text of one of these dimensions, keys of `UNITS`."""
+
+    def __init__(self, *dimensions: str):
+        self.dimensions = dimensions
+
+    def __get_pydantic_json_schema__(self, core: CoreSchema, handler: GetJsonSchemaHandler) -> dict[str, Any]:
+        number = handler(core)
+        signed = not {"minimum", "exclusiveMinimum"} & number.keys()
+        return {
+            **number,
+            "type": ["number", "string"],
+            "pattern": _pattern(self.dimensions, signed=signed),
+            "patternErrorMessage": f"expected {_expected(self.dimensions)}{'' if signed else '; not below 0'}",
+            "maxLength": LONGEST,
+        }
+
+
+class of(or_text):  # noqa: N801
     """Validator of a number of one of these dimensions, keys of `UNITS`."""
-    text = Annotated[str, Field(pattern=_pattern(dimensions))]
-    return BeforeValidator(partial(_quantity, dimensions), json_schema_input_type=float | text)
+
+    def __get_pydantic_core_schema__(self, source: Any, handler: GetCoreSchemaHandler) -> CoreSchema:
+        return core_schema.no_info_before_validator_function(
+            lambda value: quantity(value, *self.dimensions), handler(source)
+        )
 
 
-def _quantity(dimensions: tuple[str, ...], value: Any) -> Any:
-    return quantity(value, *dimensions)
-
-
-def _pattern(dimensions: tuple[str, ...]) -> str:
-    """Regular expression, for editors, of the texts that are taken."""
-    units = "|".join(re.escape(unit).replace("\\ ", " +") for d in dimensions for unit in UNITS[d])
-    return rf"^ *[-+]?(\.[0-9]+|[0-9]+(\.[0-9]*)?)([eE][-+]?[0-9]{{1,3}})? *({units}) *$"
+def _pattern(dimensions: tuple[str, ...], *, signed: bool) -> str:
+    """Regular expression, of Python and of JavaScript alike, of the texts that are taken."""
+    units = [re.escape(unit).replace("\\ ", r"\s+") for d in dimensions for unit in UNITS[d]]
+    apart = "|".join(rf"\s{unit}" if unit[0].isdigit() else unit for unit in units)
+    not_below_zero = "" if signed else "(?!-[0.]*[1-9])"
+    return rf"^\s*{not_below_zero}[-+]?(\.[0-9]+|[0-9]+(\.[0-9]*)?)([eE][-+]?[0-9]{{1,3}})?\s*({apart})\s*$"
 
 
 Length = Annotated[float, of("a length")]
@@ -109,7 +130,7 @@ Period = Annotated[Positive, of("a period")]
 Rate = Annotated[Positive, of("a rate")]
 SomeForce = Annotated[NotNegative, of("a force")]
 PositiveForce = Annotated[Positive, of("a force")]
-Position = Annotated[list[Length], AfterValidator(three)]
-Rotation = Annotated[list[Angle], AfterValidator(three)]
-Forces = Annotated[list[Annotated[float, of("a force")]], AfterValidator(three)]
-Torques = Annotated[list[Annotated[float, of("a torque")]], AfterValidator(three)]
+Position = Annotated[list[Length], AfterValidator(three), items(3, 3)]
+Rotation = Annotated[list[Angle], AfterValidator(three), items(3, 3)]
+Forces = Annotated[list[Annotated[float, of("a force")]], AfterValidator(three), items(3, 3)]
+Torques = Annotated[list[Annotated[float, of("a torque")]], AfterValidator(three), items(3, 3)]

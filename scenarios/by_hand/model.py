@@ -8,9 +8,10 @@ from pydantic import PlainValidator, TypeAdapter
 from admittance.joint_parameters import NEURO8_JOINTS, Each, JointParameters
 from primitives.checks import known
 from primitives.errors import InputError
-from primitives.files.fields import Numbers, Positive
+from primitives.files.fields import Numbers, Positive, items, one_of
 from primitives.files.model import FileModel, show
 from primitives.files.quantities import NotNegative, PositiveForce, SomeForce, of
+from primitives.files.unions import IfType
 from scenarios.by_hand.hand import Guide
 
 SETS = {"neuro8": NEURO8_JOINTS}
@@ -18,8 +19,9 @@ SETS = {"neuro8": NEURO8_JOINTS}
 
 
 class GuideModel(FileModel):
-    """The key `hand`; see `Guide`."""
+    """The key `hand`: how a hand leads the tool along the reference; see `Guide`."""
 
+    declares = Guide
     stiffness: Annotated[NotNegative, of("a stiffness")] = Guide.stiffness
     damping: Annotated[NotNegative, of("a damping")] = Guide.damping
     most: PositiveForce = Guide.most
@@ -45,9 +47,16 @@ def _each(value: Any) -> Each:
     return numbers
 
 
+_Several = Annotated[list[Positive], items(1)]
+_EachField = Annotated[
+    Each, PlainValidator(_each, json_schema_input_type=Annotated[_Several | Positive, IfType("array")])
+]
+
+
 class _JointParametersModel(FileModel):
-    inertia: Annotated[Each, PlainValidator(_each)]
-    damping: Annotated[Each, PlainValidator(_each)]
+    declares = JointParameters
+    inertia: _EachField
+    damping: _EachField
 
 
 def _parameters(value: Any) -> JointParameters:
@@ -59,7 +68,9 @@ def _parameters(value: Any) -> JointParameters:
     return JointParameters(**_JointParametersModel.model_validate(value).model_dump())
 
 
-JointParametersField = Annotated[JointParameters, PlainValidator(_parameters)]
+_Named = Annotated[str, one_of("set of parameters", lambda: SETS)]
+_Written = Annotated[_JointParametersModel | _Named, IfType("object")]
+JointParametersField = Annotated[JointParameters, PlainValidator(_parameters, json_schema_input_type=_Written)]
 """The key `admittance`; see `JointParameters`."""
 
 

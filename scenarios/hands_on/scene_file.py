@@ -3,7 +3,7 @@
 from dataclasses import asdict, fields
 from typing import Annotated, Any, Self, get_args
 
-from pydantic import AfterValidator, Field, PlainValidator, create_model, model_validator
+from pydantic import ConfigDict, Field, PlainValidator, TypeAdapter, WithJsonSchema, create_model, model_validator
 
 from admittance import NEURO8, TABLE_1, Parameters
 from primitives.errors import InputError, UnknownNameError
@@ -25,6 +25,7 @@ from primitives.files.quantities import (
     Torques,
     of,
 )
+from primitives.files.unions import IfType
 from primitives.files.yaml_file import write
 from primitives.point_cloud import Gaps
 from primitives.spec import DeclaredField, constraints_data
@@ -34,14 +35,25 @@ from scenarios.hands_on.pull import WAYS, Pull, Waypoint
 from scenarios.hands_on.push import Push
 from scenarios.hands_on.scene import HandsOnScene
 from scenarios.own_robot_file import RobotField, robot_data
-from scenarios.scene import check_name
-from scenarios.scene_model import Duration, LimitsField, chosen
+from scenarios.scene_model import Duration, LimitsField, SceneName, chosen
 
 PARAMETERS = {"table-1": TABLE_1, "neuro8": NEURO8}
 """Sets of parameters that a file can begin from."""
 
 
 class _WaypointModel(FileModel):
+    """Where the hand wants the end of the shaft at a time: to, into or across something.
+
+    Attributes
+    ----------
+    to : (3,) relative to the port, metres, world axes.
+    into : a part of the anatomy, straight on from the last waypoint.
+    across : a part of the anatomy, on the line from the port through its nearest point, so that the shaft leans on it.
+    beyond : metres beyond the point of the part that is nearest to the last waypoint.
+    """
+
+    declares = Waypoint
+    model_config = ConfigDict(json_schema_extra={"anyOf": [{"required": [way]} for way in WAYS]})
     t: Moment
     to: Position | None = None
     into: Text | None = None
@@ -62,6 +74,13 @@ class _WaypointModel(FileModel):
 
 
 class _WrenchModel(FileModel):
+    """What the hand does from a time on.
+
+    Attributes
+    ----------
+    t : seconds. force : (3,) N, world axes. torque : (3,) Nm, world axes, at the handle.
+    """
+
     t: Moment
     force: Forces = Field(default=[0.0, 0.0, 0.0])
     torque: Torques = Field(default=[0.0, 0.0, 0.0])
@@ -73,8 +92,16 @@ _HANDS = ("waypoints", "wrenches", "record")
 
 
 class _HandModel(FileModel):
-    """A hand that pulls along waypoints, or one whose wrenches are given, here or on a record."""
+    """A hand that pulls along waypoints, or one whose wrenches are given, here or on a record.
 
+    Attributes
+    ----------
+    wrenches : a list of them, in the order of their times. record : a CSV file of the scene's folder in their place.
+    interpolate : straight lines from one wrench to the next, else each lasts until the next.
+    """
+
+    declares = Pull
+    model_config = ConfigDict(json_schema_extra={"anyOf": [{"required": [way]} for way in _HANDS]})
     waypoints: Annotated[list[_WaypointModel], list_of(_WaypointModel)] | None = None
     wrenches: Annotated[list[_WrenchModel], list_of(_WrenchModel)] | None = None
     record: Text | None = None
@@ -129,6 +156,7 @@ def _hand_data(hand: Pull | Push) -> dict[str, Any]:
 
 
 class _AnatomyModel(FileModel):
+    declares = AnatomySource
     kind: Annotated[str, one_of("kind of anatomy", lambda: KINDS)]
     cover: dict[str, PositiveLength]
     at: Position = Field(default=[0.0, 0.0, 0.0])
@@ -150,16 +178,29 @@ class _AnatomyModel(FileModel):
         return AnatomySource(**(self.model_dump() | {"at": _triple(self.at)}))
 
 
+class _Declared(FileModel):
+    """Parameters of the target admittance; four numbers stand for [along the shaft, about the port x 3].
+
+    Attributes
+    ----------
+    set : the set that the other keys change.
+    """
+
+    declares = Parameters
+
+
 _FIELDS: dict[str, Any] = {
     **{f.name: (Numbers if isinstance(f.default, tuple) else float, f.default) for f in fields(Parameters)},
     **{name: (Length, getattr(TABLE_1, name)) for name in ("d_0", "shaft_length")},
     **{name: (Annotated[float, of("a rate")], getattr(TABLE_1, name)) for name in ("alpha", "beta", "port_gain")},
     "k": (Annotated[float, of("an energy")], TABLE_1.k),
-    "W": (Any, TABLE_1.W),
+    "W": (Annotated[Any, WithJsonSchema(TypeAdapter(float | Numbers).json_schema())], TABLE_1.W),
     "implicit_damping": (bool, TABLE_1.implicit_damping),
     "set": (Annotated[str, one_of("set of parameters", lambda: PARAMETERS)], "table-1"),
 }
-_ParametersModel = create_model("_ParametersModel", __base__=FileModel, **_FIELDS)
+_ParametersModel = create_model("_ParametersModel", __base__=_Declared, **_FIELDS)
+_Named = Annotated[str, one_of("set of parameters", lambda: PARAMETERS)]
+_Written = Annotated[_ParametersModel | _Named, IfType("object")]
 
 
 def _parameters(value: Any) -> Parameters:
@@ -182,9 +223,15 @@ def _problem(name: str, value: Any) -> str:
 
 
 class HandsOnModel(FileModel):
-    """The keys of a hands-on scene file, once those of its base are joined."""
+    """The keys of a hands-on scene file, once those of its base are joined.
 
-    name: Annotated[Text, AfterValidator(check_name)]
+    Attributes
+    ----------
+    enforce : names of the constraints that are enforced, the others are watched; left out, as each declares.
+    """
+
+    declares = HandsOnScene
+    name: SceneName
     summary: Text
     robot: RobotField
     group: Annotated[Text, refers_to("joint group")] = "all"
@@ -192,7 +239,7 @@ class HandsOnModel(FileModel):
     start: Configuration
     port: Position
     port_radius: PositiveLength = HandsOnScene.port_radius
-    parameters: Annotated[Parameters, PlainValidator(_parameters)] = TABLE_1
+    parameters: Annotated[Parameters, PlainValidator(_parameters, json_schema_input_type=_Written)] = TABLE_1
     form: Annotated[str, one_of("form", lambda: ("reduced", "full", "printed"))] = HandsOnScene.form
     integrator: Annotated[str, one_of("integrator", lambda: ("semi-implicit", "euler", "rk4", "robust"))] = (
         HandsOnScene.integrator
