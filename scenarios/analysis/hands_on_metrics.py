@@ -91,8 +91,10 @@ def slipped(touching: NDArray[np.bool_], clearances: Array, reach: float, period
     """Whether the tool jumped off a region: soon after the repulsion ended it was farther off by more than its range.
 
     touching (k,) says where the boundary pushes, clearances (k,) how far the tool is from the spheres, metres; reach is
-    d_0, metres.
+    d_0, metres. Without regions, whose distance is infinite, there is nothing to slip off.
     """
+    if not np.isfinite(clearances).all():
+        return False
     window = max(1, round(SLIP / period))
     ends = np.flatnonzero(touching[:-1] & ~touching[1:])
     return any(clearances[k : k + window + 1].max() - clearances[k] > reach for k in ends)

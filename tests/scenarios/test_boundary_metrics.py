@@ -40,7 +40,7 @@ def test_of_potentials_alone_the_force_of_the_boundary_is_their_repulsion(robot)
     free = free_trace(trace, scene)
     found = boundary_force(trace, scene)[1:]
     push, away = trace["free_repulsion"][:-1], free.ends - np.array(scene.port)
-    expected = push[:, :1] * free.axes + np.cross(push[:, 1:], away) / np.sum(away**2, axis=1)[:, None]
+    expected = push[:, :1] * free.axes + np.cross(push[:, 1:4], away) / np.sum(away**2, axis=1)[:, None]
     told = trace["limited"][1:] == 0.0
     np.testing.assert_allclose(found[told], expected[told], atol=1e-9)
     assert told.mean() > 0.9

@@ -7,6 +7,7 @@ import numpy as np
 import pytest
 
 from scenarios.analysis import hands_on_metrics, metrics
+from scenarios.analysis.between import clearance_between
 from scenarios.analysis.measures import MEASURES
 from scenarios.hands_on.parts import build_parts
 from scenarios.hands_on.run import run_hands_on
@@ -14,7 +15,8 @@ from scenarios.run import run
 from scenarios.scene_file import load_any, load_scene
 
 PAGE = Path(__file__).parents[2] / "docs" / "metrics.md"
-OPEN = {"contact_force_N", "ports_J", "limited_cycles", "versions", "min_margin_m", "min_margin_rad"}
+MARGINS = {f"min_margin_{where}{unit}" for where in ("", "between_") for unit in ("m", "rad")}
+OPEN = {"contact_force_N", "ports_J", "limited_cycles", "versions", *MARGINS}
 """Whose inner keys are names of other things."""
 
 
@@ -52,7 +54,9 @@ def test_of_scenes_led_by_a_hand(led):
 
 
 def test_of_scenes_that_follow_a_trajectory():
-    found = metrics.summary(run(load_scene("S5").with_changes(duration=0.2), period=0.008))
+    scene = load_scene("S5").with_changes(duration=0.2)
+    trace = run(scene, period=0.008)
+    found = metrics.summary(trace) | clearance_between(trace, scene)
     assert keys(found) == documented("trajectory")
 
 
