@@ -1,6 +1,6 @@
 """One run by hand: hand, joint admittance, controller and plant in a loop, to a trace."""
 
-from collections.abc import Callable
+from collections.abc import Callable, Mapping
 from pathlib import Path
 from time import perf_counter_ns
 from typing import NamedTuple
@@ -14,9 +14,10 @@ from primitives.checks import Array, known
 from primitives.errors import InputError
 from scenarios.analysis.recorder import Recorder
 from scenarios.analysis.trace import Trace
+from scenarios.anatomy.parts import Part, build_parts
 from scenarios.by_hand.hand import offset, turn
-from scenarios.plants.kinematic import KinematicPlant
-from scenarios.run import header, no_collection
+from scenarios.enforcement import chosen
+from scenarios.run import header, no_collection, plant_of
 from scenarios.scene import Scene
 from vfi.controller import Controller
 from vfi.messages import Command, FreeReference, Measurement
@@ -36,35 +37,44 @@ class Parts(NamedTuple):
     controller: Controller
     hand: Hand
     reference: Array
+    joints: bool = False
+    """Whether the projection is in the metric of the joints."""
 
     def step(self, measurement: Measurement, wrench: Array) -> tuple[Command, JointMotion]:
         """One cycle from the hand's wrench to the motion of the arm."""
         proposal = self.admittance.propose(measurement.t, wrench)
-        wanted = FreeReference(proposal.v_ref, proposal.metric, proposal.basis, proposal.offset)
+        metric = proposal.basis.T @ proposal.basis if self.joints else proposal.metric
+        wanted = FreeReference(proposal.v_ref, metric, proposal.basis, proposal.offset)
         command = self.controller.step(measurement, wanted)
         return command, self.admittance.accept(command.free if command.state < State.HOLD else None)
 
 
-def build(scene: Scene, *, enforcement: str, period: float | None, guard: str, seed: int) -> Parts:
+def build(scene: Scene, anatomy: Mapping[str, Part]) -> Parts:
     """Everything that a run of a scene by hand consists of.
+
+    anatomy : see `scenarios.anatomy.parts.build_parts`.
 
     Raises
     ------
     InputError, UnknownNameError : the scene has no hand, does not fit its robot, or a name or number is wrong.
     """
-    known("enforcement", enforcement, ENFORCEMENTS)
+    how = scene.in_force
+    known("enforcement", how.method, ENFORCEMENTS)
     if scene.hand is None or scene.admittance is None:
         raise InputError(f'scene "{scene.name}" follows a trajectory without a hand; give it the keys hand, admittance')
-    robot, T = scene.build_robot(), scene.period if period is None else period
+    robot = scene.build_robot()
     controller = Controller(
         robot,
-        scene.constraints if enforcement == "vfi" else scene.constraints.enforcing([]),
+        scene.kept,
         ProjectionTask(len(robot.group(scene.group))),
-        period=T,
+        period=scene.period,
         group=scene.group,
-        eta=scene.eta,
-        limit_eta=scene.limit_eta,
-        guard=guard,
+        eta=how.eta,
+        limit_eta=how.limit_eta,
+        guard=how.guard,
+        clouds={name: part.cloud for name, part in anatomy.items()},
+        reach=how.reach,
+        forms=how.forms,
     )
     frame = scene.tasks[0].frame or robot.tip
     admittance = JointAdmittance(
@@ -76,7 +86,13 @@ def build(scene: Scene, *, enforcement: str, period: float | None, guard: str, s
     if cycles < 1:
         raise InputError(f"period: expected at most the scene's {scene.duration:g} s, got {controller.period:g} s")
     reference = scene.references[0].sample(admittance.kinematics.pose(frame)[:4], controller.period, cycles)
-    return Parts(admittance, controller, scene.hand.hand(reference, controller.period, seed), reference)
+    return Parts(
+        admittance,
+        controller,
+        scene.hand.hand(reference, controller.period, scene.seed),
+        reference,
+        how.metric == "joints",
+    )
 
 
 class Extras:
@@ -125,44 +141,49 @@ def _column(entry: JointBook) -> str:
 def run_by_hand(
     scene: Scene,
     *,
-    enforcement: str = "vfi",
+    enforcement: str | None = None,
     period: float | None = None,
-    guard: str = "act",
-    seed: int = 0,
+    guard: str | None = None,
+    metric: str | None = None,
+    seed: int | None = None,
     out: Path | None = None,
     progress: Callable[[float], None] | None = None,
+    parts: Mapping[str, Part] | None = None,
 ) -> Trace:
     """Run a scene by hand on the kinematic plant.
 
     Parameters
     ----------
-    enforcement : one of `ENFORCEMENTS`. guard, period, out, progress : see `scenarios.run.run`.
-    seed : of the hand's tremor; the same seed gives the same run to the bit.
+    enforcement, guard, metric, period : where they differ from the scene's.
+    seed : of the hand's tremor, likewise; the same seed gives the same run to the bit.
+    out, progress, parts : see `scenarios.run.run`.
 
     Raises
     ------
     InputError, UnknownNameError : see `build`.
     """
-    parts = build(scene, enforcement=enforcement, period=period, guard=guard, seed=seed)
-    admittance, controller = parts.admittance, parts.controller
-    plant = KinematicPlant(np.array(scene.start), admittance.robot.group(scene.group), controller.period, seed=seed)
-    extras = Extras(parts)
+    scene = chosen(scene, enforcement=enforcement, guard=guard, metric=metric, period=period, seed=seed)
+    anatomy = build_parts(scene.anatomy) if parts is None else parts
+    run = build(scene, anatomy)
+    admittance, controller = run.admittance, run.controller
+    plant = plant_of(scene, admittance.robot, anatomy)
+    extras = Extras(run)
     facts = {
-        **header(scene, controller, seed),
+        **header(scene, controller),
         "kind": KIND,
-        "enforcement": enforcement,
+        "metric": scene.in_force.metric,
         "enforced": [c.name for c in controller.constraints if c.enforced],
         "ports": [port.name.lower() for port in Work],
     }
-    columns, cycles = {**controller.columns, **extras.columns}, len(parts.reference)
+    columns, cycles = {**controller.columns, **extras.columns}, len(run.reference)
     recorder = Recorder(controller, columns, facts, out, cycles, more=extras.values, progress=progress)
     with recorder, no_collection():
         measurement = plant.reset()
         for k in range(cycles):
             pose = admittance.kinematics.pose(admittance.frame)
-            wrench = parts.hand.wrench(measurement.t, pose, admittance.twist)
+            wrench = run.hand.wrench(measurement.t, pose, admittance.twist)
             begun = perf_counter_ns()
-            command, motion = parts.step(measurement, wrench)
+            command, motion = run.step(measurement, wrench)
             extras.put(k, pose, wrench, command, motion, (perf_counter_ns() - begun) * 1e-3)
             worse = command if command.state >= motion.state else motion
             recorder.after_cycle(measurement.t, worse.state, worse.reason)

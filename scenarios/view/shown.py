@@ -1,6 +1,6 @@
 """What of a run is shown, for each kind of scene: which joints move, what stands around, what the text says."""
 
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from pathlib import Path
 from tempfile import TemporaryDirectory
 from typing import NamedTuple
@@ -9,9 +9,12 @@ import numpy as np
 
 from primitives.checks import Array
 from primitives.constraint import ConstraintSet
+from primitives.elements import Cloud as CloudElement
 from primitives.robot import Robot
 from scenarios.analysis.metrics import VIOLATED
 from scenarios.analysis.trace import Trace
+from scenarios.anatomy.parts import Part, build_parts
+from scenarios.plants.build import TOUCHED
 from scenarios.plants.obstacles import Cloud, Port
 from scenarios.scene import Scene
 from scenarios.scene_file import load_any
@@ -55,23 +58,12 @@ def shown(trace: Trace, robot: Robot, port: Port | None, clouds: Sequence[Cloud]
         file.write_text(trace.header["resolved_scene"], encoding="utf-8")
         scene = load_any(file)
     if isinstance(scene, Scene):
-        enforced = {c.name: c.enforced for c in scene.constraints}
-        rows = _margins(trace, enforced)
+        rows = _margins(trace, {c.name: c.enforced for c in scene.kept})
         frame = scene.tasks[0].frame or robot.tip
-        return Shown(trace["q"], frame, None, scene.constraints, port, clouds, rows, trace.header["solver"])
-    from scenarios.hands_on.parts import build_parts
-    from scenarios.hands_on.plant import TOUCHED
-
+        around = [*_anatomy(build_parts(scene.anatomy), scene.constraints), *clouds]
+        return Shown(trace["q"], frame, None, scene.constraints, port, around, rows, trace.header["solver"])
     axis = robot.kinematics(scene.start).rotation(scene.shaft)[:, 2]
-    anatomy = [
-        Cloud(
-            name,
-            part.cloud.world_points,
-            part.cloud.radius * TOUCHED,
-            FORBIDDEN if name in scene.forbidden_parts else ALLOWED,
-        )
-        for name, part in build_parts(scene.anatomy, np.array(scene.port)).items()
-    ]
+    anatomy = _anatomy(build_parts(scene.anatomy, scene.port), scene.constraints)
     own = Port(scene.port, scene.port_radius, axis=axis)
     method = trace.header["enforcement"]
     return Shown(
@@ -84,6 +76,15 @@ def shown(trace: Trace, robot: Robot, port: Port | None, clouds: Sequence[Cloud]
         _forces(trace),
         method,
     )
+
+
+def _anatomy(parts: Mapping[str, Part], constraints: ConstraintSet) -> list[Cloud]:
+    """What can be touched of each part, in the colour of those that an enforced constraint is about."""
+    about = {c.second.name for c in constraints if c.enforced and isinstance(c.second, CloudElement)}
+    return [
+        Cloud(name, part.cloud.world_points, part.cloud.radius * TOUCHED, FORBIDDEN if name in about else ALLOWED)
+        for name, part in parts.items()
+    ]
 
 
 def _margins(trace: Trace, enforced: dict[str, bool]) -> Rows:
