@@ -6,17 +6,7 @@ from admittance.margins import LINEAR, RANGE, SIGHT
 from admittance.parameters import Parameters
 from primitives.checks import Array
 from primitives.constraint import Constraint, ConstraintSet
-from primitives.errors import InactiveConstraintError, InputError
-from primitives.kinematics import FlatModel
-
-
-def movers(flat: FlatModel, frame: int) -> set[int]:
-    """Joints that move a frame of a flat model."""
-    found, joint = set(), int(flat.frame_joint[frame])
-    while joint >= 0:
-        found.add(joint)
-        joint = int(flat.parent[joint])
-    return found
+from primitives.errors import InputError
 
 
 def check_kinds(constraints: ConstraintSet) -> None:
@@ -36,17 +26,6 @@ def check_kinds(constraints: ConstraintSet) -> None:
                     "admittance does not measure; fix it on a robot frame or in the world, or enforce it by a "
                     "controller of inequalities"
                 )
-
-
-def check_influence(constraints: ConstraintSet, frames: tuple[str, ...], flat: FlatModel, decided: set[int]) -> None:
-    """Refuse an enforced constraint whose elements no decided joint moves against each other."""
-    for c in constraints:
-        first, second = (movers(flat, frames.index(e.frame)) & decided for e in (c.first, c.second))
-        if c.enforced and first == second:
-            raise InactiveConstraintError(
-                f'constraint "{c.name}" is enforced, but no joint of the group moves its elements, on '
-                f'"{c.first.frame}" and "{c.second.frame}", against each other: put one on another frame, or watch it'
-            )
 
 
 def largest_margin(constraint: Constraint) -> float:

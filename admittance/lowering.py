@@ -4,7 +4,7 @@ from typing import NamedTuple
 
 import numpy as np
 
-from admittance.declared import check_influence, check_kinds, movers, reaches
+from admittance.declared import check_kinds, reaches
 from admittance.layout import shapes
 from admittance.memory import Real, Whole
 from admittance.outcome import Form, Integrator, Option, Setting
@@ -17,7 +17,7 @@ from primitives.errors import InputError
 from primitives.kinematics import world_first
 from primitives.memory import Memory
 from primitives.robot import Robot
-from primitives.table import tabulate, used_frames
+from primitives.table import check_influence, movers, tabulate, used_frames
 
 FORMS = {"reduced": Form.REDUCED, "full": Form.ANALYTIC, "printed": Form.PRINTED}
 INTEGRATORS = {
@@ -112,8 +112,8 @@ def lower(
     frames = (*first, *(name for name in used_frames(constraints) if name not in first))
     each = world_first(frames)
     flat = robot.flat(each)
-    decided = _decided(robot, group, movers(flat, each.index(shaft)), shaft)
-    check_influence(constraints, each, flat, set(decided.tolist()))
+    decided = _decided(robot, group, movers(shaft, each, flat), shaft)
+    check_influence(constraints, each, flat, decided)
     points, regions_table = lay_out(regions)
     memory = Memory(*shapes(robot.n, len(decided), len(regions), len(constraints), len(frames)))
     real, whole = memory.real, memory.whole

@@ -18,14 +18,14 @@ from primitives.evaluate import entity_arrays
 from primitives.kinematics import world_first
 from primitives.memory import Memory, addresses
 from primitives.robot import Robot
-from primitives.table import used_frames
+from primitives.table import check_influence, used_frames
 from vfi import cycle as compiled_cycle
 from vfi import recovery
 from vfi.backends import Backend, solvers
 from vfi.cycle import UNREAD
 from vfi.explain import explain
 from vfi.forms import PortForm
-from vfi.lowering import Settings, check_influence, gain_of, lower, one_or_each
+from vfi.lowering import Settings, gain_of, lower, one_or_each
 from vfi.memory import Real, Whole
 from vfi.messages import Command, FreeReference, Layout, Measurement, Rows, new_command
 from vfi.outcome import Basis, Form, Guard, Option, Reason, Setting, Slot, State
@@ -158,8 +158,14 @@ class Controller:
         self._expiry = EXPIRY_PERIODS * self.period
         self._first_entity = lowered.first_entity
         self._user_rows = user_rows
-        self.qp = QP(*(real[b] for b in (Real.H, Real.G, Real.A, Real.B, Real.LOW, Real.HIGH, Real.TASK, Real.TARGET)))
-        """The program of the last cycle, as views of the controller's memory."""
+        cost, bounds, task_rows = (Real.H, Real.G), (Real.LOW, Real.HIGH), (Real.TASK, Real.TARGET)
+        without_cuts = len(real[Real.B]) - len(whole[Whole.CUT])
+        self.qp = QP(
+            *(real[b] for b in cost),
+            *(real[b][:without_cuts] for b in (Real.A, Real.B)),
+            *(real[b] for b in (*bounds, *task_rows)),
+        )
+        """The program of the last cycle, as views of the controller's memory; without the cuts of `vfi.cuts`."""
         self._backend: Backend | None = entry.bind(self.qp) if entry.bind else None
         self._where = addresses(lowered.memory, self.ring)
         self._read_and_cycle: Any = compiled_cycle.read_and_cycle
@@ -235,7 +241,7 @@ class Controller:
             raise InputError(f'constraint "{name}": an equality cannot be switched while running; take rows or Soft')
         if new.enforced and not old.enforced:
             frames = world_first((*used_frames(self.constraints), *self._tips))
-            check_influence(new, frames, self.robot.flat(frames), self.robot.group(self.group))
+            check_influence([new], frames, self.robot.flat(frames), self.robot.group(self.group))
         time = number(over, "over", positive=True)
         real[Real.BLEND][place] = [
             0.0,

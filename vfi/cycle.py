@@ -19,6 +19,7 @@ from primitives.verification import all_finite
 from vfi.basis import change_variables, eliminate, relax_in_basis, shorten, solve_in_basis
 from vfi.blend import advance, ease
 from vfi.contacts import fill_contacts, find
+from vfi.cuts import drop_cuts
 from vfi.energy import account
 from vfi.inequality import fill_rows
 from vfi.limits import fill_bounds
@@ -65,6 +66,7 @@ def prepare(f: Array, fl: np.ndarray, w: np.ndarray, wl: np.ndarray) -> int:
     for i in range(outcome.shape[0]):
         outcome[i] = 0
     outcome[Slot.WHERE] = -1
+    drop_cuts(f, fl, w, wl)
     vector(f, fl, Real.SHORTFALL)[0] = 0.0
     q, reference = vector(f, fl, Real.Q), vector(f, fl, Real.REFERENCE)
     pose, twist, given = matrix(f, fl, Real.POSE), matrix(f, fl, Real.TWIST), vector(f, fl, Real.GIVEN)

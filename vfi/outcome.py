@@ -93,6 +93,8 @@ class Option(IntEnum):
     """1 while a constraint is on its way to other numbers."""
     PORTS = 8
     """1 where a constraint has another form than rows."""
+    CUTS = 9
+    """Cuts that the program has got in this cycle."""
 
 
 class Basis(IntEnum):
