@@ -225,6 +225,23 @@ def scale_down(f: Array, fl: np.ndarray, w: np.ndarray, wl: np.ndarray, share: f
     expand(f, fl, w, wl)
 
 
+@compiled(f"void({MEMORY})")
+def brake(f: Array, fl: np.ndarray, w: np.ndarray, wl: np.ndarray) -> None:
+    """Come to rest within the acceleration limits, where there are any and verification passes that; else at once.
+
+    In a basis the command is zero at once: slowing down joint by joint would leave the port.
+    """
+    v, last, limits = vector(f, fl, Real.V), vector(f, fl, Real.LAST), matrix(f, fl, Real.LIMITS)
+    if integers(w, wl, Whole.OPTIONS)[Option.BASIS] != Basis.JOINTS or np.min(limits[3]) == np.inf:
+        return
+    period = vector(f, fl, Real.SETTINGS)[Setting.PERIOD]
+    for j in range(v.shape[0]):
+        change = period * limits[3, j]
+        v[j] = max(last[j] - change, 0.0) if last[j] > 0.0 else min(last[j] + change, 0.0)
+    if not violation(f, fl, w, wl) <= 1.0:
+        v[:] = 0.0
+
+
 @compiled(f"int64({MEMORY}, int64)")
 def judge(f: Array, fl: np.ndarray, w: np.ndarray, wl: np.ndarray, solver: int) -> int:
     """Verify V and decide what becomes of it; returns 1 when the program, now raised, is to be solved again."""

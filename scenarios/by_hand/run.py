@@ -65,6 +65,7 @@ def build(scene: Scene, *, enforcement: str, period: float | None, guard: str, s
         eta=scene.eta,
         limit_eta=scene.limit_eta,
         guard=guard,
+        latch=None,
     )
     frame = scene.tasks[0].frame or robot.tip
     admittance = JointAdmittance(
