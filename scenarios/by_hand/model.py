@@ -5,7 +5,7 @@ from typing import Annotated, Any
 
 from pydantic import PlainValidator, TypeAdapter
 
-from admittance.joint_parameters import NEURO8_JOINTS, Each, JointParameters
+from admittance.joint_parameters import LWR4PLUS_JOINTS, NEURO8_JOINTS, Each, JointParameters
 from primitives.checks import known
 from primitives.errors import InputError
 from primitives.files.fields import Numbers, Positive, items, one_of
@@ -14,7 +14,7 @@ from primitives.files.quantities import NotNegative, PositiveForce, SomeForce, o
 from primitives.files.unions import IfType
 from scenarios.by_hand.hand import Guide
 
-SETS = {"neuro8": NEURO8_JOINTS}
+SETS = {"lwr4plus": LWR4PLUS_JOINTS, "neuro8": NEURO8_JOINTS}
 """Sets of parameters that a file can name."""
 
 
