@@ -17,6 +17,7 @@ from admittance.model import evaluate, settle
 from admittance.outcome import Book, Reason, Slot, State, Touch
 from admittance.record import columns, width
 from admittance.regions import Region
+from admittance.steps import limit
 from primitives.checks import Array, array, number
 from primitives.constraint import ConstraintSet
 from primitives.errors import InputError
@@ -152,6 +153,13 @@ class Stepping(ABC, Generic[M]):
             State(self._outcome[Slot.STATE]),
             self._reason(),
         )
+
+    def within_limits(self) -> Array:
+        """(m,) the velocity just proposed within the joint limits, as a semi-implicit `step` would carry it out."""
+        new: Array = self._real[Real.V_NEXT]
+        new[:] = self._real[Real.V_REF]
+        limit(*self._memory.arguments, new)
+        return new.copy()
 
     def accept(self, v: ArrayLike | None) -> M:
         """Carry out the free velocity (m,) that was decided on after `propose`, and keep it as the state. Never raises.

@@ -1,4 +1,4 @@
-"""An admittance and a controller in one cycle: the one measures beside the other, projects its velocity, or guards it."""
+"""An admittance and a controller in one cycle: one measures beside the other, projects its velocity, or guards it."""
 
 from dataclasses import replace
 from typing import Generic, Protocol, TypeVar
@@ -49,6 +49,9 @@ class Yielding(Protocol[M]):
 
     def propose(self, t: float, wrench: ArrayLike) -> Proposal:
         """Its first half."""
+
+    def within_limits(self) -> Array:
+        """What was proposed, within the joint limits."""
 
     def accept(self, v: ArrayLike | None) -> M:
         """Its second half."""
@@ -118,15 +121,19 @@ class Projected(Measured[M]):
         """One cycle; see `Admittance.step`. Where no velocity keeps all rows the state is HOLD."""
         proposal = self._admittance.propose(t, wrench)
         stands = proposal.state >= AdmittanceState.HOLD
-        if stands:
-            proposal = proposal._replace(v_ref=np.zeros_like(proposal.v_ref))
-        command = self.controller.step(Measurement(t, self._admittance.q, self._still), self._reference(proposal))
+        wanted = np.zeros_like(proposal.v_ref) if stands else self._wanted(proposal)
+        reference = self._reference(proposal._replace(v_ref=wanted))
+        command = self.controller.step(Measurement(t, self._admittance.q, self._still), reference)
         if stands:
             self.intervened, self.carried = 0.0, None
-            return self._admittance.accept(proposal.v_ref)
-        return self._decide(proposal, command)
+            return self._admittance.accept(wanted)
+        return self._decide(wanted, command)
 
-    def _decide(self, proposal: Proposal, command: Command) -> M:
+    def _wanted(self, proposal: Proposal) -> Array:
+        """The velocity that the controller is to keep to. Joint limits are in its program."""
+        return proposal.v_ref
+
+    def _decide(self, wanted: Array, command: Command) -> M:
         self.intervened, self.carried = command.record[self.controller.columns["intervened"]][0], command
         return self._admittance.accept(command.free if command.state < State.HOLD else None)
 
@@ -146,14 +153,17 @@ class Guarded(Projected[M]):
         super().__init__(admittance, controller, declared)
         self._acts = acts
 
-    def _decide(self, proposal: Proposal, command: Command) -> M:
-        kept = command.state < State.HOLD and np.abs(command.free - proposal.v_ref).max() <= ALIKE
+    def _wanted(self, proposal: Proposal) -> Array:
+        return self._admittance.within_limits()
+
+    def _decide(self, wanted: Array, command: Command) -> M:
+        kept = command.state < State.HOLD and np.abs(command.free - wanted).max() <= ALIKE
         self.intervened = float(not kept)
         if self._acts and not kept:
             self.carried = command
             return self._admittance.accept(command.free if command.state < State.HOLD else None)
         self.carried = None
-        return self._admittance.accept(proposal.v_ref)
+        return self._admittance.accept(wanted)
 
 
 def kept_farther(constraints: ConstraintSet, d_0: float, d_0_angle: float, rounding: float = 0.0) -> ConstraintSet:
