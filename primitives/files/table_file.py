@@ -54,7 +54,7 @@ def _read(path: str, stream: Iterable[str], columns: tuple[str, ...]) -> Array:
             raise FileError(place, f"expected {len(columns)} fields, got {len(row)}")
         rows.append([_number(place, name, text) for name, text in zip(columns, row, strict=True)])
         if len(rows) > 1 and not rows[-1][0] > rows[-2][0]:
-            raise FileError(place, f"{columns[0]}: expected more than {rows[-2][0]}, got {rows[-1][0]}")
+            raise FileError(place, f"{columns[0]}: expected more than {rows[-2][0]} s, got {rows[-1][0]}")
     if not rows:
         raise FileError(path, "has no records")
     return np.array(rows)
