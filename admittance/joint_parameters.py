@@ -74,6 +74,6 @@ LWR4PLUS_JOINTS = JointParameters(
 )
 """For the LWR4+ held at its tip: every joint comes to rest with a time constant of 0.1 s.
 
-A force of 1 N moves the tip at 0.09 to 0.49 m/s, by its direction. With lighter joints a hand of 20 N s/m that is sampled
-at 8 ms oscillates.
+A force of 1 N moves the tip at 0.09 to 0.49 m/s, by its direction. With lighter joints a hand of 20 N s/m that is
+sampled at 8 ms oscillates.
 """
