@@ -136,5 +136,7 @@ while arm.clock() < 4.0:
         controller.acknowledge()
 
 height = robot.kinematics(arm.q).translation("tool_tip")[2]
-print(f"cycles {len(loop.margins)}, held {loop.held}, late {loop.late}, smallest margin {min(loop.margins) * 1e3:.2f} mm")
+print(
+    f"cycles {len(loop.margins)}, held {loop.held}, late {loop.late}, smallest margin {min(loop.margins) * 1e3:.2f} mm"
+)
 print(f"tip height at the end {height * 1e3:.1f} mm, table and safe distance 110.0 mm")

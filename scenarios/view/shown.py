@@ -1,8 +1,6 @@
 """What of a run is shown, for each kind of scene: which joints move, what stands around, what the text says."""
 
 from collections.abc import Callable, Sequence
-from pathlib import Path
-from tempfile import TemporaryDirectory
 from typing import NamedTuple
 
 import numpy as np
@@ -13,8 +11,8 @@ from primitives.robot import Robot
 from scenarios.analysis.metrics import VIOLATED
 from scenarios.analysis.trace import Trace
 from scenarios.plants.obstacles import Cloud, Port
+from scenarios.resolved import resolved_scene
 from scenarios.scene import Scene
-from scenarios.scene_file import load_any
 
 FORBIDDEN, ALLOWED = (0.78, 0.2, 0.17, 1.0), (0.55, 0.68, 0.45, 1.0)
 """Colours of parts of the anatomy that the tool is kept out of, and of the others."""
@@ -27,14 +25,14 @@ class Shown(NamedTuple):
 
     Attributes
     ----------
-    q : (cycles, n) joints to show. frame : whose path is drawn.
+    q : (cycles, n) joints to show. frames : whose paths are drawn.
     tool_end : frame beyond which the arm is no part of the run, or None; that is drawn faintly.
-    constraints : whose fixed elements are drawn. port, clouds : the anatomy.
+    constraints : whose fixed elements are drawn, enforced where the run enforced them. port, clouds : the anatomy.
     rows : from a cycle to (what, how much) of the text. method : what did it.
     """
 
     q: Array
-    frame: str
+    frames: tuple[str, ...]
     tool_end: str | None
     constraints: ConstraintSet
     port: Port | None
@@ -50,15 +48,11 @@ def shown(trace: Trace, robot: Robot, port: Port | None, clouds: Sequence[Cloud]
     ------
     FileError : the scene in the trace names files that are gone.
     """
-    with TemporaryDirectory() as folder:
-        file = Path(folder) / "resolved.yaml"
-        file.write_text(trace.header["resolved_scene"], encoding="utf-8")
-        scene = load_any(file)
+    scene = resolved_scene(trace)
     if isinstance(scene, Scene):
-        enforced = {c.name: c.enforced for c in scene.constraints}
-        rows = _margins(trace, enforced)
-        frame = scene.tasks[0].frame or robot.tip
-        return Shown(trace["q"], frame, None, scene.constraints, port, clouds, rows, trace.header["solver"])
+        frames = tuple(task.frame or robot.tip for task in scene.tasks)
+        constraints = scene.constraints.enforcing(trace.header["enforced"])
+        return Shown(trace["q"], frames, None, constraints, port, clouds, _margins(trace), trace.header["solver"])
     from scenarios.hands_on.parts import build_parts
     from scenarios.hands_on.plant import TOUCHED
 
@@ -76,7 +70,7 @@ def shown(trace: Trace, robot: Robot, port: Port | None, clouds: Sequence[Cloud]
     method = trace.header["enforcement"]
     return Shown(
         trace["plant_q"],
-        scene.shaft,
+        (scene.shaft,),
         scene.shaft,
         ConstraintSet(),
         port or own,
@@ -86,13 +80,15 @@ def shown(trace: Trace, robot: Robot, port: Port | None, clouds: Sequence[Cloud]
     )
 
 
-def _margins(trace: Trace, enforced: dict[str, bool]) -> Rows:
+def _margins(trace: Trace) -> Rows:
+    enforced = trace.header["enforced"]
+
     def rows(k: int) -> list[tuple[str, str]]:
         out = []
         for name, unit in trace.header["constraints"].items():
             value = trace.margin(name)[k]
             text = f"{1e3 * value:.2f} mm" if unit == "m" else f"{np.degrees(value):.2f} deg"
-            out.append((name, text + (" violated" if value < VIOLATED else "" if enforced[name] else " (watched)")))
+            out.append((name, text + (" violated" if value < VIOLATED else "" if name in enforced else " (watched)")))
         return out
 
     return rows
