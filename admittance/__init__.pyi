@@ -5,6 +5,7 @@ from .hand import ScriptedHand as ScriptedHand
 from .hand import SpringHand as SpringHand
 from .hand import Tremor as Tremor
 from .hand_file import load_hand as load_hand
+from .joint_parameters import LWR4PLUS_JOINTS as LWR4PLUS_JOINTS
 from .joint_parameters import NEURO8_JOINTS as NEURO8_JOINTS
 from .joint_parameters import JointParameters as JointParameters
 from .joints import JointAdmittance as JointAdmittance
@@ -24,6 +25,7 @@ from .regions import Cloud as Cloud
 from .regions import Region as Region
 
 __all__ = [
+    "LWR4PLUS_JOINTS",
     "NEURO8",
     "NEURO8_JOINTS",
     "TABLE_1",

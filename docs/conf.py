@@ -11,10 +11,12 @@ author = _project["authors"][0]["name"]
 project_copyright = author
 release = version = _project["version"]
 
-extensions = ["myst_parser", "reference", "sphinx.ext.mathjax"]
+extensions = ["myst_parser", "reference", "sphinx.ext.mathjax", "sphinx-mathjax-offline"]
 myst_enable_extensions = ["amsmath", "dollarmath"]
 myst_heading_anchors = 3
 exclude_patterns = ["_build"]
 
 html_theme = "furo"
 html_title = f"{project} {release}"
+html_static_path = ["style"]
+html_css_files = ["formulas.css"]

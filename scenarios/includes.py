@@ -3,7 +3,8 @@
     include: [ports.yaml]          # whose `sets: {port: [...], walls: [...]}` hold lists of constraints
     use: [port, walls]             # joined behind the scene's own constraints, as `set_a + set_b` joins them
 
-A file may hold `sets` of its own; an included file holds nothing but `sets` and further files to `include`.
+A file may hold `sets` of its own; an included file holds nothing but `sets` and further files to `include`. A file that
+is reached in two ways counts once.
 """
 
 from pathlib import Path
@@ -51,7 +52,7 @@ def with_sets(document: Document, path: Path) -> Document:
     if not isinstance(data, dict) or not any(key in data for key in KEYS):
         return document
     problems, sets = list(document.problems), _Sets()
-    _collect(document, path, (path,), sets, problems)
+    _collect(document, path, (path,), sets, problems, set())
     use = data.get("use", [])
     if not isinstance(use, list):
         problems.append(_problem(document, ("use",), f"expected a list of sets, got {show(use)}"))
@@ -76,8 +77,10 @@ def with_sets(document: Document, path: Path) -> Document:
     return Document(result.data, marks, (*problems, *_repeated(result)))
 
 
-def _collect(document: Document, path: Path, users: tuple[Path, ...], sets: _Sets, problems: list[Problem]) -> None:
-    """Gather the sets of a document and of the files that it includes."""
+def _collect(
+    document: Document, path: Path, users: tuple[Path, ...], sets: _Sets, problems: list[Problem], seen: set[Path]
+) -> None:
+    """Gather the sets of a document and of the files that it includes, but for those that were seen."""
     own, include = document.data.get("sets", {}), document.data.get("include", [])
     if not isinstance(own, dict):
         problems.append(_problem(document, ("sets",), f"expected names and their lists, got {show(own)}"))
@@ -100,6 +103,9 @@ def _collect(document: Document, path: Path, users: tuple[Path, ...], sets: _Set
         except InputError as error:
             problems.append(_problem(document, ("include", i), str(error)))
             continue
+        if file in seen:
+            continue
+        seen.add(file)
         below = read(file)
         problems += below.problems
         if not isinstance(below.data, dict):
@@ -107,7 +113,7 @@ def _collect(document: Document, path: Path, users: tuple[Path, ...], sets: _Set
             continue
         for key in below.data.keys() - {"include", "sets"}:
             problems.append(_problem(below, (key,), str(UnknownNameError("key of an included file", key, KEYS[:2]))))
-        _collect(below, file, (*users, file), sets, problems)
+        _collect(below, file, (*users, file), sets, problems, seen)
 
 
 def _repeated(document: Document) -> list[Problem]:

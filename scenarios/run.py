@@ -61,6 +61,7 @@ def build(
             clouds={name: part.cloud for name, part in anatomy.items()},
             reach=how.reach,
             forms=how.forms,
+            latch=None,  # nobody is there to acknowledge, and a run shows what comes after
             ring=ring,
         )
 

@@ -8,6 +8,7 @@ from typing import Any
 
 from scenarios.analysis.trace import Trace
 from scenarios.anatomy.parts import Part, build_parts
+from scenarios.by_hand.enforcement import INTEGRATOR
 from scenarios.by_hand.run import build, run_by_hand
 from scenarios.jobs import Choices, Progress
 from scenarios.scene import Scene
@@ -18,6 +19,7 @@ class ByHandJob:
     """A run of a scene by hand."""
 
     scene: Scene
+    integrator: str
     file: Path | None
 
     @property
@@ -32,7 +34,7 @@ class ByHandJob:
 
     def run(self, progress: Progress) -> Trace:
         """See `Job`."""
-        return run_by_hand(self.scene, out=self.file, progress=progress, parts=self.parts)
+        return run_by_hand(self.scene, integrator=self.integrator, out=self.file, progress=progress, parts=self.parts)
 
     def summary(self, trace: Trace) -> dict[str, Any]:
         """See `Job`."""
@@ -51,6 +53,6 @@ def by_hand_job(scene: Scene, choices: Choices) -> ByHandJob:
     scene = choices.applied_to(scene)
     suffix = f"-{choices.enforcement}" if choices.enforcement not in (None, "vfi") else ""
     file = choices.out / f"{scene.name}{suffix}.mcap" if choices.out is not None else None
-    job = ByHandJob(scene, file)
-    build(scene, job.parts)
+    job = ByHandJob(scene, choices.integrator or INTEGRATOR, file)
+    build(scene, job.parts, job.integrator)
     return job

@@ -8,134 +8,98 @@ from typing import NamedTuple
 import numpy as np
 
 from admittance.hand import Hand
-from admittance.joint_steps import JointBook
 from admittance.joints import JointAdmittance, JointMotion
-from primitives.checks import Array, known
+from admittance.outcome import Book
+from primitives.checks import Array
 from primitives.errors import InputError
 from scenarios.analysis.recorder import Recorder
 from scenarios.analysis.trace import Trace
 from scenarios.anatomy.parts import Part, build_parts
+from scenarios.by_hand.enforcement import INTEGRATOR, Method, enforce
 from scenarios.by_hand.hand import offset, turn
 from scenarios.enforcement import chosen
 from scenarios.run import header, no_collection, plant_of
 from scenarios.scene import Scene
-from vfi.controller import Controller
-from vfi.messages import Command, FreeReference, Measurement
-from vfi.outcome import State, Work
-from vfi.tasks import ProjectionTask
+from vfi.outcome import Work
 
-ENFORCEMENTS = ("none", "vfi")
-"""Nobody keeps the constraints, all are watched; or the inequalities keep those that the scene enforces."""
 KIND = "by-hand"
 """What `kind` in the header of a trace says."""
 
 
 class Parts(NamedTuple):
-    """What steps in a run: the admittance, the controller that decides on what it proposes, the hand, its way."""
+    """What steps in a run: the admittance, the method that enforces, the hand and its way."""
 
     admittance: JointAdmittance
-    controller: Controller
+    method: Method
     hand: Hand
     reference: Array
-    joints: bool = False
-    """Whether the projection is in the metric of the joints."""
-
-    def step(self, measurement: Measurement, wrench: Array) -> tuple[Command, JointMotion]:
-        """One cycle from the hand's wrench to the motion of the arm."""
-        proposal = self.admittance.propose(measurement.t, wrench)
-        metric = proposal.basis.T @ proposal.basis if self.joints else proposal.metric
-        wanted = FreeReference(proposal.v_ref, metric, proposal.basis, proposal.offset)
-        command = self.controller.step(measurement, wanted)
-        return command, self.admittance.accept(command.free if command.state < State.HOLD else None)
 
 
-def build(scene: Scene, anatomy: Mapping[str, Part]) -> Parts:
+def build(scene: Scene, anatomy: Mapping[str, Part], integrator: str = INTEGRATOR) -> Parts:
     """Everything that a run of a scene by hand consists of.
 
-    anatomy : see `scenarios.anatomy.parts.build_parts`.
+    anatomy, integrator : see `scenarios.by_hand.enforcement.enforce`.
 
     Raises
     ------
     InputError, UnknownNameError : the scene has no hand, does not fit its robot, or a name or number is wrong.
     """
-    how = scene.in_force
-    known("enforcement", how.method, ENFORCEMENTS)
     if scene.hand is None or scene.admittance is None:
         raise InputError(f'scene "{scene.name}" follows a trajectory without a hand; give it the keys hand, admittance')
-    robot = scene.build_robot()
-    controller = Controller(
-        robot,
-        scene.kept,
-        ProjectionTask(len(robot.group(scene.group))),
-        period=scene.period,
-        group=scene.group,
-        eta=how.eta,
-        limit_eta=how.limit_eta,
-        guard=how.guard,
-        clouds={name: part.cloud for name, part in anatomy.items()},
-        reach=how.reach,
-        forms=how.forms,
-    )
-    frame = scene.tasks[0].frame or robot.tip
-    admittance = JointAdmittance(
-        robot, scene.admittance, start=scene.start, frame=frame, period=controller.period, group=scene.group
-    )
-    if controller.joints != admittance.joints:
-        raise InputError(f'joint group "{scene.group}": expected joints in the robot\'s order, got {controller.joints}')
-    cycles = round(scene.duration / controller.period)
+    admittance, method = enforce(scene, scene.admittance, anatomy, integrator)
+    T = admittance.period
+    cycles = round(scene.duration / T)
     if cycles < 1:
-        raise InputError(f"period: expected at most the scene's {scene.duration:g} s, got {controller.period:g} s")
-    reference = scene.references[0].sample(admittance.kinematics.pose(frame)[:4], controller.period, cycles)
-    return Parts(
-        admittance,
-        controller,
-        scene.hand.hand(reference, controller.period, scene.seed),
-        reference,
-        how.metric == "joints",
-    )
+        raise InputError(f"period: expected at most the scene's {scene.duration:g} s, got {T:g} s")
+    reference = scene.references[0].sample(admittance.kinematics.pose(admittance.frame)[:4], T, cycles)
+    return Parts(admittance, method, scene.hand.hand(reference, T, scene.seed), reference)
 
 
 class Extras:
-    """What the controller does not know, beside its records.
+    """What the controller does not know, or knows otherwise, beside its records.
 
-    cycle_us, of admittance and controller together; state, the graver one of both; reference and pose (8,) of the
-    tool at the beginning of the cycle, error (8,) their difference as vec8; position_error, metres, and
-    orientation_error, rad; hand_wrench (6,) at the tool's origin, world axes, N and Nm; the admittance's ledger after
-    the cycle, J; ports, what the parts of the projection have done so far, J (`vfi.outcome.Work`).
+    cycle_us, of admittance and controller together; state, the graver one of both; qdot (d,) that was carried out;
+    margin (m,) of the declared constraints; intervened, 1 where the guard changed the velocity or would have; reference
+    and pose (8,) of the tool at the beginning of the cycle, error (8,) their difference as vec8; position_error,
+    metres, and orientation_error, rad; hand_wrench (6,) at the tool's origin, world axes, N and Nm; the admittance's
+    ledger after the cycle, J (`admittance.energy`); ports, what the parts of the projection have done so far, J
+    (`vfi.outcome.Work`).
     """
 
     def __init__(self, parts: Parts):
-        first = at = parts.controller.ring.shape[1]
+        first = at = parts.method.controller.ring.shape[1]
         self.columns, self._parts, self._ports = dict[str, slice](), parts, np.zeros(len(Work))
-        ledger = [(_column(entry), 1) for entry in JointBook]
         for name, size in (
             ("cycle_us", 1),
             ("state", 1),
+            ("qdot", len(parts.admittance.joints)),
+            ("margin", len(parts.method.controller.constraints)),
+            ("intervened", 1),
             *(("reference", 8), ("pose", 8), ("error", 8)),
             ("position_error", 1),
             ("orientation_error", 1),
             ("hand_wrench", 6),
-            *ledger,
+            *((_column(entry), 1) for entry in Book),
             ("ports", len(Work)),
         ):
             self.columns[name] = slice(at, at + size)
             at += size
         self.values: Array = np.zeros((len(parts.reference), at - first))
 
-    def put(self, k: int, pose: Array, wrench: Array, command: Command, motion: JointMotion, us: float) -> None:
+    def put(self, k: int, pose: Array, wrench: Array, motion: JointMotion, state: int, us: float) -> None:
         """Write those of cycle k."""
-        wanted = self._parts.reference[k]
+        wanted, method = self._parts.reference[k], self._parts.method
         if wanted @ pose < 0.0:
             wanted = -wanted
-        self._ports += command.record[self._parts.controller.columns["work"]]
+        self._ports += method.work
+        done = [us, state], motion.qdot, method.margin, [method.intervened]
         apart = np.linalg.norm(offset(pose, wanted)), np.linalg.norm(turn(pose, wanted))
-        states = [us, max(command.state, motion.state)]
         ledger = list(self._parts.admittance.ledger.values())
-        self.values[k] = np.concatenate([states, wanted, pose, pose - wanted, apart, wrench, ledger, self._ports])
+        self.values[k] = np.concatenate([*done, wanted, pose, pose - wanted, apart, wrench, ledger, self._ports])
 
 
-def _column(entry: JointBook) -> str:
-    return "limited_work" if entry == JointBook.LIMITED else entry.name.lower()
+def _column(entry: Book) -> str:
+    return "limited_work" if entry == Book.LIMITED else entry.name.lower()
 
 
 def run_by_hand(
@@ -146,6 +110,7 @@ def run_by_hand(
     guard: str | None = None,
     metric: str | None = None,
     seed: int | None = None,
+    integrator: str = INTEGRATOR,
     out: Path | None = None,
     progress: Callable[[float], None] | None = None,
     parts: Mapping[str, Part] | None = None,
@@ -156,6 +121,7 @@ def run_by_hand(
     ----------
     enforcement, guard, metric, period : where they differ from the scene's.
     seed : of the hand's tremor, likewise; the same seed gives the same run to the bit.
+    integrator : see `scenarios.by_hand.enforcement.enforce`.
     out, progress, parts : see `scenarios.run.run`.
 
     Raises
@@ -163,16 +129,18 @@ def run_by_hand(
     InputError, UnknownNameError : see `build`.
     """
     scene = chosen(scene, enforcement=enforcement, guard=guard, metric=metric, period=period, seed=seed)
-    anatomy = build_parts(scene.anatomy) if parts is None else parts
-    run = build(scene, anatomy)
-    admittance, controller = run.admittance, run.controller
+    anatomy, how = build_parts(scene.anatomy) if parts is None else parts, scene.in_force
+    run = build(scene, anatomy, integrator)
+    admittance, method, controller = run.admittance, run.method, run.method.controller
     plant = plant_of(scene, admittance.robot, anatomy)
     extras = Extras(run)
     facts = {
         **header(scene, controller),
         "kind": KIND,
-        "metric": scene.in_force.metric,
-        "enforced": [c.name for c in controller.constraints if c.enforced],
+        "solver": integrator if how.method == "admittance" else controller.solver,
+        "guard": how.guard,
+        "metric": how.metric,
+        "enforced": [c.name for c in scene.constraints if c.enforced and how.method != "none"],
         "ports": [port.name.lower() for port in Work],
     }
     columns, cycles = {**controller.columns, **extras.columns}, len(run.reference)
@@ -183,9 +151,11 @@ def run_by_hand(
             pose = admittance.kinematics.pose(admittance.frame)
             wrench = run.hand.wrench(measurement.t, pose, admittance.twist)
             begun = perf_counter_ns()
-            command, motion = run.step(measurement, wrench)
-            extras.put(k, pose, wrench, command, motion, (perf_counter_ns() - begun) * 1e-3)
-            worse = command if command.state >= motion.state else motion
+            motion = method.step(measurement.t, wrench)
+            spent = (perf_counter_ns() - begun) * 1e-3
+            carried = method.carried
+            worse = carried if carried is not None and carried.state >= motion.state else motion
+            extras.put(k, pose, wrench, motion, worse.state, spent)
             recorder.after_cycle(measurement.t, worse.state, worse.reason)
             measurement = plant.step(motion)
     return recorder.trace

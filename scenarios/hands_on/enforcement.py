@@ -10,112 +10,23 @@ from collections.abc import Mapping
 from dataclasses import replace
 from typing import Any
 
-import numpy as np
-
-from admittance import Admittance, Motion, Proposal
-from admittance.outcome import State as AdmittanceState
-from primitives.checks import Array
+from admittance import Admittance, Motion
 from primitives.constraint import ConstraintSet
 from primitives.errors import InputError
 from primitives.robot import Robot
 from scenarios.anatomy.parts import Part
 from scenarios.enforcement import Gains
 from scenarios.hands_on.scene import HandsOnScene
+from scenarios.joined import SHARE, Guarded, Measured, Projected, kept_farther
 from vfi.controller import Controller
-from vfi.messages import Command, FreeReference, Measurement
-from vfi.outcome import State
 from vfi.tasks import ProjectionTask, VelocityTask
 
 FORM, INTEGRATOR = "reduced", "semi-implicit"
 """Of the step that the projection belongs to."""
 ROUNDING = 2e-6
 """Metres that "vfi" keeps beyond the spheres: what the rows' linearisation and rounding may cost stays above zero."""
-SHARE = 0.05
-"""What "both" keeps beyond the spheres, as a share of d_0; nearer than that the potential goes on linearly."""
-ALIKE = 1e-9
-"""Free velocities, m/s and rad/s, nearer than this are the same."""
 
-
-class Measured:
-    """An admittance as it is; a controller that enforces nothing measures the margins beside it.
-
-    Parameters
-    ----------
-    controller : of the same joints, with a `VelocityTask` and watched constraints only.
-    """
-
-    def __init__(self, admittance: Admittance, controller: Controller):
-        self._admittance, self.controller = admittance, controller
-        self._still, self._none = np.zeros(admittance.robot.n), np.zeros(len(controller.joints))
-
-    def step(self, t: float, wrench: Array) -> Motion:
-        """One cycle; see `Admittance.step`."""
-        self.controller.step(Measurement(t, self._admittance.q, self._still), self._none)
-        return self._admittance.step(t, wrench)
-
-    intervened = 0.0
-    """1 where the guard changed the last command, or would have."""
-
-
-class Projected:
-    """An admittance whose velocities a controller projects onto the inequalities of its constraints.
-
-    Parameters
-    ----------
-    controller : of the same joints, with a `ProjectionTask`.
-    metric : one of `scenarios.enforcement.METRICS`.
-    """
-
-    def __init__(self, admittance: Admittance, controller: Controller, metric: str = "free"):
-        if controller.joints != admittance.joints:
-            raise InputError(
-                f"the controller decides {', '.join(controller.joints)}, the admittance "
-                f"{', '.join(admittance.joints)}; give both the same joint group, in the robot's order"
-            )
-        self._admittance, self.controller = admittance, controller
-        self._joints = metric == "joints"
-        self._still = np.zeros(admittance.robot.n)
-        self.intervened = 0.0
-        """1 where the guard changed the last command, or would have."""
-
-    def step(self, t: float, wrench: Array) -> Motion:
-        """One cycle; see `Admittance.step`. Where no velocity keeps all rows the state is HOLD."""
-        proposal = self._admittance.propose(t, wrench)
-        q = self._admittance.q
-        if proposal.state >= AdmittanceState.HOLD:
-            return self._admittance.accept(np.zeros_like(proposal.v_ref))
-        command = self.controller.step(Measurement(t, q, self._still), self._reference(proposal))
-        return self._decide(proposal, command)
-
-    def _decide(self, proposal: Proposal, command: Command) -> Motion:
-        self.intervened = command.record[self.controller.columns["intervened"]][0]
-        return self._admittance.accept(command.free if command.state < State.HOLD else None)
-
-    def _reference(self, p: Proposal) -> FreeReference:
-        metric = p.basis.T @ p.basis if self._joints else p.metric
-        return FreeReference(p.v_ref, metric, np.ascontiguousarray(p.basis), p.offset)
-
-
-class Guarded(Projected):
-    """An admittance as it is, whose velocities are verified: none may lead beyond a boundary within its period.
-
-    The weakest rows that keep a margin, eta = 1 / T, are solved beside it. Where they ask for another velocity the
-    guard has found something: it counts, and puts theirs in the place of the admittance's where it acts.
-    """
-
-    def __init__(self, admittance: Admittance, controller: Controller, acts: bool):
-        super().__init__(admittance, controller)
-        self._acts = acts
-
-    def _decide(self, proposal: Proposal, command: Command) -> Motion:
-        kept = command.state < State.HOLD and np.abs(command.free - proposal.v_ref).max() <= ALIKE
-        self.intervened = float(not kept)
-        if self._acts and not kept:
-            return self._admittance.accept(command.free if command.state < State.HOLD else None)
-        return self._admittance.accept(proposal.v_ref)
-
-
-Method = Measured | Projected
+Method = Measured[Motion]
 
 
 def enforce(scene: HandsOnScene, robot: Robot, parts: Mapping[str, Part]) -> tuple[Admittance, Method]:
@@ -134,16 +45,15 @@ def enforce(scene: HandsOnScene, robot: Robot, parts: Mapping[str, Part]) -> tup
     admittance = scene.build(robot, parts, limit_gain=how.limit_eta, **_changes(how.method, scene))
     if not how.by_rows and how.guard == "off":
         watched = scene.constraints.enforcing([])
-        beside = _controller(scene, robot, parts, watched, VelocityTask(), "off", at_once)
-        return admittance, Measured(admittance, beside)
+        controller = _controller(scene, robot, parts, watched, VelocityTask(), "off", at_once)
+        return admittance, Measured(admittance, controller, scene.constraints)
     task = ProjectionTask(len(admittance.joints) - 2)
     if how.by_rows:
-        kept = kept_farther(scene, how.method == "both")
-        return admittance, Projected(
-            admittance, _controller(scene, robot, parts, kept, task, how.guard, how.eta), how.metric
-        )
-    controller = _controller(scene, robot, parts, kept_farther(scene, False), task, "act", at_once)
-    return admittance, Guarded(admittance, controller, how.guard == "act")
+        kept = _kept(scene, how.method == "both")
+        controller = _controller(scene, robot, parts, kept, task, how.guard, how.eta)
+        return admittance, Projected(admittance, controller, scene.constraints, how.metric)
+    controller = _controller(scene, robot, parts, _kept(scene, False), task, "act", at_once)
+    return admittance, Guarded(admittance, controller, scene.constraints, how.guard == "act")
 
 
 def _changes(enforcement: str, scene: HandsOnScene) -> dict[str, Any]:
@@ -184,18 +94,12 @@ def _controller(
         reach=how.reach,
         forms=how.forms,
         guard=guard,
+        latch=None,
     )
 
 
-def kept_farther(scene: HandsOnScene, share: bool) -> ConstraintSet:
-    """The scene's constraints, each kept a little before it is due: a share of the potential's range, or `ROUNDING`.
-
-    Where potentials act too, a margin of zero is where they are infinite; clouds are kept off for rounding alone.
-    """
-    out = []
-    for c in scene.constraints:
-        range_ = scene.parameters.d_0_angle if c.definition.unit == "rad" else scene.parameters.d_0
-        margin = SHARE * range_ if share else ROUNDING if c.is_cloud else 0.0
-        farther = c.safe_distance + (margin if c.keep == "outside" else -margin)
-        out.append(replace(c, safe_distance=max(farther, 0.0)) if c.enforced else c)
-    return ConstraintSet(out)
+def _kept(scene: HandsOnScene, share: bool) -> ConstraintSet:
+    """The scene's constraints as the rows keep them; clouds are kept off for rounding where no potential acts too."""
+    if share:
+        return kept_farther(scene.constraints, scene.parameters.d_0, scene.parameters.d_0_angle)
+    return kept_farther(scene.constraints, 0.0, 0.0, ROUNDING)

@@ -92,15 +92,17 @@ class Film:
         self._q, self._rows, self._method = q, what.rows, what.method
         self._enforced = {c.name: c.enforced for c in constraints}
         keep = np.unique(np.linspace(0, len(q) - 1, min(len(q), PATH_PIECES + 1)).astype(int))
-        path, wanted = _path(robot, what.frame, q[keep]), _wanted(trace, keep)
-        seen = [path, wanted]
+        paths, wanted = [_path(robot, frame, q[keep]) for frame in what.frames], _wanted(trace, keep)
+        seen = [*paths, *wanted]
         seen += [c.second.geometry[None, :3] for c in constraints if is_fixed(c.second) and c.second.kind == "point"]
         seen += [np.atleast_2d(np.array(port.centre, dtype=float))] if port is not None else []
         seen += [np.array(cloud.points, dtype=float) for cloud in clouds]
         centre, reach = _ball(np.vstack(seen))
-        spaced = _spaced(path, SHORTEST * reach)
-        self._keep, self._path = keep[spaced], path[spaced]
-        self._wanted = wanted[_spaced(wanted, SHORTEST * reach)]
+        self._paths, self._wanted = [], [way[_spaced(way, SHORTEST * reach)] for way in wanted]
+        """Of each tool: the cycles that its path is drawn through and where it was then; the same of its reference."""
+        for path in paths:
+            spaced = _spaced(path, SHORTEST * reach)
+            self._paths.append((keep[spaced], path[spaced]))
         self.model, self._geoms = build_stage(
             entry,
             robot,
@@ -125,7 +127,7 @@ class Film:
         self._camera.lookat[:] = centre
         half = 0.5 * np.radians(float(self.model.vis.global_.fovy))
         self._camera.distance = MARGIN * reach / np.sin(half) / min(1.0, size[0] / size[1])
-        self._scene = mujoco.MjvScene(self.model, maxgeom=self.model.ngeom + 3 * PATH_PIECES + 100)
+        self._scene = mujoco.MjvScene(self.model, maxgeom=self.model.ngeom + 3 * PATH_PIECES * len(paths) + 100)
 
     def scene(self, k: int) -> Any:
         """The `mujoco.MjvScene` of cycle k."""
@@ -144,8 +146,10 @@ class Film:
             mujoco.mjtCatBit.mjCAT_ALL.value,
             self._scene,
         )
-        self._draw(self._wanted, REFERENCE_COLOUR, REFERENCE_PIXELS)
-        self._draw(self._path[: int(np.searchsorted(self._keep, k, side="right"))], PATH_COLOUR, PATH_PIXELS)
+        for way in self._wanted:
+            self._draw(way, REFERENCE_COLOUR, REFERENCE_PIXELS)
+        for cycles, path in self._paths:
+            self._draw(path[: int(np.searchsorted(cycles, k, side="right"))], PATH_COLOUR, PATH_PIXELS)
         return self._scene
 
     def text(self, k: int) -> tuple[str, str]:
@@ -188,13 +192,10 @@ def _spaced(points: Array, apart: float) -> list[int]:
     return chosen
 
 
-def _wanted(trace: Trace, keep: np.ndarray) -> Array:
-    """Positions (k, 3) of the first tool's reference where it is a pose; none where it is a velocity."""
-    if (
-        "reference" not in trace.columns
-        or "pose" not in trace.columns
-        or trace["reference"].shape != trace["pose"].shape
-    ):
-        return np.zeros((0, 3))
-    poses = trace["reference"][:, :8]
-    return np.array([dq.translation(np.ascontiguousarray(poses[k])) for k in keep])
+def _wanted(trace: Trace, keep: np.ndarray) -> list[Array]:
+    """Positions (k, 3) of each tool's reference where it is a pose; none where it is a velocity."""
+    columns = trace.columns
+    if not {"reference", "pose"} <= columns.keys() or trace["reference"].shape != trace["pose"].shape:
+        return []
+    tools = np.hsplit(trace["reference"], trace["reference"].shape[1] // 8)
+    return [np.array([dq.translation(np.ascontiguousarray(poses[k])) for k in keep]) for poses in tools]

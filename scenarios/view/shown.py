@@ -1,8 +1,6 @@
 """What of a run is shown, for each kind of scene: which joints move, what stands around, what the text says."""
 
 from collections.abc import Callable, Mapping, Sequence
-from pathlib import Path
-from tempfile import TemporaryDirectory
 from typing import NamedTuple
 
 import numpy as np
@@ -16,8 +14,8 @@ from scenarios.analysis.trace import Trace
 from scenarios.anatomy.parts import Part, build_parts
 from scenarios.plants.build import TOUCHED
 from scenarios.plants.obstacles import Cloud, Port
+from scenarios.resolved import resolved_scene
 from scenarios.scene import Scene
-from scenarios.scene_file import load_any
 
 FORBIDDEN, ALLOWED = (0.78, 0.2, 0.17, 1.0), (0.55, 0.68, 0.45, 1.0)
 """Colours of parts of the anatomy that the tool is kept out of, and of the others."""
@@ -30,14 +28,14 @@ class Shown(NamedTuple):
 
     Attributes
     ----------
-    q : (cycles, n) joints to show. frame : whose path is drawn.
+    q : (cycles, n) joints to show. frames : whose paths are drawn.
     tool_end : frame beyond which the arm is no part of the run, or None; that is drawn faintly.
-    constraints : whose fixed elements are drawn. port, clouds : the anatomy.
+    constraints : whose fixed elements are drawn, enforced where the run enforced them. port, clouds : the anatomy.
     rows : from a cycle to (what, how much) of the text. method : what did it.
     """
 
     q: Array
-    frame: str
+    frames: tuple[str, ...]
     tool_end: str | None
     constraints: ConstraintSet
     port: Port | None
@@ -53,22 +51,19 @@ def shown(trace: Trace, robot: Robot, port: Port | None, clouds: Sequence[Cloud]
     ------
     FileError : the scene in the trace names files that are gone.
     """
-    with TemporaryDirectory() as folder:
-        file = Path(folder) / "resolved.yaml"
-        file.write_text(trace.header["resolved_scene"], encoding="utf-8")
-        scene = load_any(file)
+    scene = resolved_scene(trace)
     if isinstance(scene, Scene):
-        rows = _margins(trace, {c.name: c.enforced for c in scene.kept})
-        frame = scene.tasks[0].frame or robot.tip
-        around = [*_anatomy(build_parts(scene.anatomy), scene.constraints), *clouds]
-        return Shown(trace["q"], frame, None, scene.constraints, port, around, rows, trace.header["solver"])
+        frames = tuple(task.frame or robot.tip for task in scene.tasks)
+        constraints = scene.constraints.enforcing(trace.header["enforced"])
+        around = [*_anatomy(build_parts(scene.anatomy), constraints), *clouds]
+        return Shown(trace["q"], frames, None, constraints, port, around, _margins(trace), trace.header["solver"])
     axis = robot.kinematics(scene.start).rotation(scene.shaft)[:, 2]
     anatomy = _anatomy(build_parts(scene.anatomy, scene.port), scene.constraints)
     own = Port(scene.port, scene.port_radius, axis=axis)
     method = trace.header["enforcement"]
     return Shown(
         trace["plant_q"],
-        scene.shaft,
+        (scene.shaft,),
         scene.shaft,
         ConstraintSet(),
         port or own,
@@ -87,13 +82,15 @@ def _anatomy(parts: Mapping[str, Part], constraints: ConstraintSet) -> list[Clou
     ]
 
 
-def _margins(trace: Trace, enforced: dict[str, bool]) -> Rows:
+def _margins(trace: Trace) -> Rows:
+    enforced = trace.header["enforced"]
+
     def rows(k: int) -> list[tuple[str, str]]:
         out = []
         for name, unit in trace.header["constraints"].items():
             value = trace.margin(name)[k]
             text = f"{1e3 * value:.2f} mm" if unit == "m" else f"{np.degrees(value):.2f} deg"
-            out.append((name, text + (" violated" if value < VIOLATED else "" if enforced[name] else " (watched)")))
+            out.append((name, text + (" violated" if value < VIOLATED else "" if name in enforced else " (watched)")))
         return out
 
     return rows

@@ -14,7 +14,8 @@ from scenarios.analysis.trace import Trace
 from scenarios.by_hand.hand import Guide, GuidingHand, offset, turn
 from scenarios.by_hand.metrics import summary
 from scenarios.by_hand.run import build, run_by_hand
-from scenarios.scene_file import dump_scene, load_scene
+from scenarios.enforcement import chosen
+from scenarios.scene_file import dump_scene, load_any, load_scene
 
 VIOLATED = {
     "S1-hand": ["C1", "C2", "C3", "C4"],
@@ -65,6 +66,17 @@ def test_it_is_passive_and_its_books_are_exact(scene, period):
     np.testing.assert_allclose(trace["ports"].sum(axis=1), trace["limited_work"], atol=1e-10)
     if scene != "S1-hand":
         assert trace["limited_work"][-1] < -1e-3
+
+
+@pytest.mark.parametrize("scene", SCENES)
+def test_the_matrix_is_the_same_on_the_lwr4plus(scene):
+    trace = run_by_hand(load_any(scene, "lwr4plus"))
+    found = summary(trace)
+    assert (found["violated"], found["infeasible_cycles"], found["stopped_cycles"]) == (VIOLATED[scene], 0, 0)
+    assert all(abs(margin) > 5e-5 for margin in found["min_margin_m"].values())
+    assert trace["excess"].max() <= 1e-9
+    said = trace["hand"] - trace["dissipated"] + trace["numerical"] + trace["limited_work"]
+    assert np.abs(np.diff(trace["storage"] - said, prepend=0.0)).max() <= 1e-12
 
 
 def test_the_trace_is_what_the_arm_did():
@@ -236,17 +248,16 @@ def test_keys_of_ones_own_and_every_mistake_at_its_line(tmp_path):
 
 def test_bad_arguments_say_what_is_wrong():
     scene = brief()
-    how = {"enforcement": "vfi", "period": None, "guard": "act", "seed": 0}
-    with pytest.raises(UnknownNameError, match="none, vfi"):
-        build(scene, **{**how, "enforcement": "both"})
+    with pytest.raises(UnknownNameError, match="admittance, both, none, vfi"):
+        chosen(scene, enforcement="bot")
     with pytest.raises(UnknownNameError, match='Did you mean "watch"'):
-        build(scene, **{**how, "guard": "watching"})
+        chosen(scene, guard="watching")
     with pytest.raises(InputError, match="without a hand"):
-        build(load_scene("S5"), **how)
+        build(load_scene("S5"), {})
     with pytest.raises(InputError, match="inertia of JointParameters"):
-        build(scene.with_changes(admittance=JointParameters((1.0, 1.0), 1.0)), **how)
+        build(scene.with_changes(admittance=JointParameters((1.0, 1.0), 1.0)), {})
     with pytest.raises(InputError, match="at most the scene's"):
-        build(scene.with_changes(duration=0.001), **{**how, "period": 0.01})
+        build(scene.with_changes(duration=0.001, period=0.01), {})
     for field, value in (("most", 0.0), ("stiffness", -1.0), ("tremor", np.nan), ("most_torque", "x")):
         with pytest.raises(InputError, match=f"{field} of the hand"):
             Guide(**{field: value})

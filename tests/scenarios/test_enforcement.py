@@ -10,9 +10,10 @@ from primitives.errors import UnknownNameError
 from scenarios.analysis.hands_on_metrics import summary
 from scenarios.anatomy.parts import build_parts
 from scenarios.enforcement import METHODS, chosen
-from scenarios.hands_on.enforcement import ROUNDING, SHARE, enforce
+from scenarios.hands_on.enforcement import ROUNDING, enforce
 from scenarios.hands_on.push import Push
 from scenarios.hands_on.run import run_hands_on
+from scenarios.joined import SHARE
 from scenarios.scene_file import load_any
 
 STEPS = (10.0, 20.0, 30.0)

@@ -56,6 +56,9 @@ def test_included_files_may_include_and_a_scene_may_have_sets_of_its_own(tmp_pat
     deeper = {"sets": "include: [more.yaml]\n", "more": SETS}
     joined = (TABLE + PORT + WALLS).enforcing(["port", "table"])
     assert load_scene(written(tmp_path, **deeper)).constraints == joined
+    twice = {"sets": "include: [more.yaml]\n", "other": "include: [more.yaml]\n", "more": SETS}
+    both = SCENE.replace("[sets.yaml]", "[sets.yaml, other.yaml, more.yaml]")
+    assert load_scene(written(tmp_path, both, **twice)).constraints == joined
     own = SCENE.replace("include: [sets.yaml]\n", SETS)
     assert load_scene(written(tmp_path, own)).constraints == joined
 

@@ -7,7 +7,7 @@ from primitives.errors import InputError, UnknownNameError
 from scenarios.analysis.metrics import summary
 from scenarios.analysis.trace import Trace
 from scenarios.run import run
-from scenarios.scene_file import load_scene
+from scenarios.scene_file import load_any, load_scene
 
 VIOLATED = {
     "S1": ["C1", "C2", "C3", "C4"],
@@ -30,6 +30,14 @@ LP_MARGINS = {
     "S4": (0.90, 0.42, 0.05, -3.64),
     "S5": (0.90, 0.40, 0.05, 0.41),
 }
+LWR4PLUS_MARGINS = {
+    "S1": (-9.99, -8.63, -8.47, -8.00),
+    "S2": (0.85, -8.63, -8.47, -8.00),
+    "S3": (0.85, 0.09, -4.28, -7.73),
+    "S4": (0.85, 0.75, 0.14, -8.06),
+    "S5": (0.85, 0.94, 0.14, 0.77),
+}
+"""Of docs/scenes.md, at 8 ms."""
 ROUNDING = 0.005
 """The table has two decimals."""
 
@@ -48,7 +56,7 @@ def result():
     def get(scene, **options):
         key = (scene, *sorted(options.items()))
         if key not in known:
-            known[key] = summary(run(load_scene(scene), **options))
+            known[key] = summary(run(load_any(scene, options.pop("robot", None)), **options))
         return known[key]
 
     return get
@@ -75,6 +83,19 @@ def test_violation_matrix_of_the_lp(result, scene):
 @pytest.mark.parametrize("scene", SCENES)
 def test_margins_of_the_qp(result, scene, period, tolerance):
     assert margins(result(scene, period=period)) == pytest.approx(QP_MARGINS[scene], abs=tolerance + ROUNDING)
+
+
+@pytest.mark.parametrize(("period", "tolerance"), [(0.001, 0.02), (0.008, 0.0)])
+@pytest.mark.parametrize("scene", SCENES)
+def test_the_same_matrix_on_the_lwr4plus(result, scene, period, tolerance):
+    got = result(scene, period=period, robot="lwr4plus")
+    assert margins(got) == pytest.approx(LWR4PLUS_MARGINS[scene], abs=tolerance + ROUNDING)
+    assert (got["violated"], got["infeasible_cycles"]) == (VIOLATED[scene], 0)
+
+
+def test_the_lp_chatters_in_s3_on_the_lwr4plus(result):
+    lp, qp = (result("S3", period=0.008, robot="lwr4plus", solver=solver) for solver in ("lp", "active-set"))
+    assert lp["acceleration_rms_last_2s"] > 10.0 > 0.01 > qp["acceleration_rms_last_2s"]
 
 
 @pytest.mark.slow

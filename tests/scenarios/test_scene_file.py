@@ -495,7 +495,8 @@ def test_ten_thousand_mutated_files_raise_nothing_foreign(tmp_path, text):
     "text",
     [
         "start: [" + "a, " * 999 + "]\n",
-        "enforcement: {eta: {" + ", ".join(f"k{i}: 1" for i in range(999)) + "}}\nconstraints:\n" + "  - {name: c}\n" * 999,
+        "enforcement: {eta: {" + ", ".join(f"k{i}: 1" for i in range(999)) + "}}\n"
+        "constraints:\n" + "  - {name: c}\n" * 999,
         "robot: neuro8-pair\nlimits: {" + ", ".join(f"k{i}: [2, 1]" for i in range(999)) + "}\n",
         "enforce: [" + ", ".join(f"k{i}" for i in range(999)) + "]\nconstraints:\n"
         + "".join(f"  - {{name: k{i}k}}\n" for i in range(999)),

@@ -21,7 +21,7 @@ def test_hands_on_run_is_shown_with_port_and_anatomy(trace):
     scene, robot = load_any("hands-on-tip", "neuro8"), robots["neuro8"].build()
     found = shown(trace, robot, None, ())
     np.testing.assert_array_equal(found.q, trace["plant_q"])
-    assert found.frame == found.tool_end == "shaft" and found.method == "vfi" and len(found.constraints) == 0
+    assert found.frames == (found.tool_end,) == ("shaft",) and found.method == "vfi" and len(found.constraints) == 0
     assert tuple(found.port.centre) == scene.port
     assert {c.name: c.rgba for c in found.clouds} == {"organ": ALLOWED, "vessels": FORBIDDEN}
     parts = build_parts(scene.anatomy, np.array(scene.port))

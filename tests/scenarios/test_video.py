@@ -97,15 +97,33 @@ def test_a_constraint_is_red_while_it_is_violated(trace: Trace) -> None:
 
 def test_the_path_grows_and_the_reference_is_there_from_the_beginning(trace: Trace) -> None:
     shown, last = film(trace), len(trace.records) - 1
+    (path,), (wanted,) = (way for _, way in shown._paths), shown._wanted
     first, whole = shown.scene(0).ngeom, shown.scene(last).ngeom
-    assert whole - first == len(shown._path) - 1
+    assert whole - first == len(path) - 1
     lines = [g for g in shown._scene.geoms[: shown._scene.ngeom] if g.type == mujoco.mjtGeom.mjGEOM_LINE]
-    assert len(lines) == len(shown._path) + len(shown._wanted) - 2
+    assert len(lines) == len(path) + len(wanted) - 2
     robot = robots["neuro8-pair"].build()
-    np.testing.assert_allclose(
-        shown._path[-1], robot.kinematics(trace["q"][last]).translation("moving/tip"), atol=1e-12
-    )
-    np.testing.assert_allclose(shown._wanted[-1], load_scene("S4").reference.waypoints[-1].position, atol=1e-9)
+    np.testing.assert_allclose(path[-1], robot.kinematics(trace["q"][last]).translation("moving/tip"), atol=1e-12)
+    np.testing.assert_allclose(wanted[-1], load_scene("S4").reference.waypoints[-1].position, atol=1e-9)
+
+
+def test_each_of_two_tools_has_its_path_and_reference() -> None:
+    scene = load_scene("two-arms").with_changes(duration=1.0)
+    trace = run(scene)
+    shown, kinematics = film(trace), scene.build_robot().kinematics(trace["q"][-1])
+    for (_, path), wanted, task, reference in zip(
+        shown._paths, shown._wanted, scene.tasks, scene.references, strict=True
+    ):
+        np.testing.assert_allclose(path[-1], kinematics.translation(task.frame), atol=1e-12)
+        np.testing.assert_allclose(wanted[0], reference.waypoints[0].position, atol=1e-9)
+    lines = [g for g in shown.scene(len(trace.records) - 1).geoms if g.type == mujoco.mjtGeom.mjGEOM_LINE]
+    assert len(lines) >= sum(len(path) - 1 for _, path in shown._paths) + sum(len(w) - 1 for w in shown._wanted)
+
+
+def test_enforced_is_what_the_run_enforced(trace: Trace) -> None:
+    free = film(replace(trace, header={**trace.header, "enforced": []}))
+    free.scene(0)
+    assert colours(free, "C2") == {WATCHED}
 
 
 @pytest.mark.parametrize("camera", CAMERAS)
@@ -116,7 +134,7 @@ def test_everything_of_interest_is_in_view(trace: Trace, camera: str) -> None:
     view = scene.camera[0]
     eye, forward, up = (np.array(v, dtype=float) for v in (view.pos, view.forward, view.up))
     right = np.cross(forward, up)
-    points = [*shown._path, np.zeros(3)]
+    points = [*shown._paths[0][1], np.zeros(3)]
     if camera == "arm":
         points += [shown._data.body(f"{arm}/base").xpos for arm in ("moving", "parked")]
     half = np.tan(0.5 * np.radians(shown.model.vis.global_.fovy))
@@ -214,7 +232,8 @@ def test_a_single_arm_stands_on_the_stage_too(tmp_path: Path) -> None:
     at = robots["lwr4plus"].build().kinematics(trace["q"][-1])
     np.testing.assert_allclose(shown._data.body("tip").xpos, at.translation("tip"), rtol=0.0, atol=1e-12)
     assert colours(shown, "port") == {KEPT}
-    assert shown._path[-1, 2] < shown._path[0, 2]
+    ((_, path),) = shown._paths
+    assert path[-1, 2] < path[0, 2]
 
 
 # Pictures
@@ -393,7 +412,7 @@ def test_the_plants_joints_are_replayed_and_the_path_is_that_of_the_shafts_end(l
         shown.scene(k)
         end = robot.kinematics(led["plant_q"][k]).translation(shaft)
         np.testing.assert_allclose(shown._data.body(shaft).xpos, end, rtol=0.0, atol=1e-12)
-    np.testing.assert_allclose(shown._path[-1], end, atol=1e-12)
+    np.testing.assert_allclose(shown._paths[0][1][-1], end, atol=1e-12)
 
 
 def test_port_and_anatomy_stand_where_the_scene_has_them(led: Trace) -> None:
