@@ -7,8 +7,7 @@ import numpy as np
 from admittance.margins import LINEAR, RANGE, SIGHT
 from primitives.checks import Array
 from primitives.constraint import Constraint, ConstraintSet
-from primitives.errors import InactiveConstraintError, InputError
-from primitives.kinematics import FlatModel
+from primitives.errors import InputError
 
 
 class Barrier(Protocol):
@@ -25,15 +24,6 @@ class Barrier(Protocol):
     @property
     def d_0_angle(self) -> float:
         """Its range for margins that are angles, rad."""
-
-
-def movers(flat: FlatModel, frame: int) -> set[int]:
-    """Joints that move a frame of a flat model."""
-    found, joint = set(), int(flat.frame_joint[frame])
-    while joint >= 0:
-        found.add(joint)
-        joint = int(flat.parent[joint])
-    return found
 
 
 def check_kinds(constraints: ConstraintSet, *, port: bool = True) -> None:
@@ -58,17 +48,6 @@ def check_kinds(constraints: ConstraintSet, *, port: bool = True) -> None:
                     "admittance does not measure; fix it on a robot frame or in the world, or enforce it by a "
                     "controller of inequalities"
                 )
-
-
-def check_influence(constraints: ConstraintSet, frames: tuple[str, ...], flat: FlatModel, decided: set[int]) -> None:
-    """Refuse an enforced constraint whose elements no decided joint moves against each other."""
-    for c in constraints:
-        first, second = (movers(flat, frames.index(e.frame)) & decided for e in (c.first, c.second))
-        if c.enforced and first == second:
-            raise InactiveConstraintError(
-                f'constraint "{c.name}" is enforced, but no joint of the group moves its elements, on '
-                f'"{c.first.frame}" and "{c.second.frame}", against each other: put one on another frame, or watch it'
-            )
 
 
 def largest_margin(constraint: Constraint) -> float:

@@ -4,7 +4,7 @@ from typing import NamedTuple
 
 import numpy as np
 
-from admittance.declared import Barrier, check_influence, reaches
+from admittance.declared import Barrier, reaches
 from admittance.layout import shapes
 from admittance.memory import Real, Whole
 from admittance.outcome import Form, Integrator, Option, Setting
@@ -16,7 +16,7 @@ from primitives.errors import InputError
 from primitives.kinematics import world_first
 from primitives.memory import Memory
 from primitives.robot import Robot
-from primitives.table import tabulate
+from primitives.table import check_influence, tabulate
 
 FORMS = {"reduced": Form.REDUCED, "full": Form.ANALYTIC, "printed": Form.PRINTED}
 INTEGRATORS = {
@@ -93,7 +93,7 @@ def lay_down(
     """
     each = world_first(frames)
     flat = robot.flat(each)
-    check_influence(constraints, each, flat, set(decided.tolist()))
+    check_influence(constraints, each, flat, decided)
     memory = Memory(*shapes(robot.n, len(decided), m, regions, len(constraints), len(frames)))
     real, whole = memory.real, memory.whole
     real[Real.PLACEMENT][:], whole[Whole.PARENT][:], whole[Whole.PRISMATIC][:] = (

@@ -2,7 +2,7 @@
 
 import numpy as np
 
-from admittance.declared import check_kinds, movers
+from admittance.declared import check_kinds
 from admittance.lowering import Lowered, Settings, check_gain, check_settings, lay_down
 from admittance.memory import Real, Whole
 from admittance.outcome import Form, Integrator, Option, Setting
@@ -14,7 +14,7 @@ from primitives.elements import WORLD, Point
 from primitives.errors import InputError
 from primitives.kinematics import world_first
 from primitives.robot import Robot
-from primitives.table import used_frames
+from primitives.table import movers, used_frames
 
 
 def _check(settings: Settings, parameters: Parameters) -> None:
@@ -66,7 +66,7 @@ def lower(
     first = (WORLD, shaft, handle.frame)
     frames = (*first, *(name for name in used_frames(constraints) if name not in first))
     each = world_first(frames)
-    decided = _decided(robot, group, movers(robot.flat(each), each.index(shaft)), shaft)
+    decided = _decided(robot, group, movers(shaft, each, robot.flat(each)), shaft)
     m = len(decided) - 2
     points, regions_table = lay_out(regions)
     memory = lay_down(robot, frames, decided, m, handle, constraints, parameters, settings, len(regions))

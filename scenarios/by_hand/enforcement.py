@@ -76,7 +76,7 @@ def enforce(
         raise InputError(f'joint group "{scene.group}": expected joints in the robot\'s order, got {decided}')
 
     def controller(constraints: ConstraintSet, task: VelocityTask | ProjectionTask, **how: Any) -> Controller:
-        gains = {"eta": scene.eta, "guard": mode, **how}
+        gains = {"eta": scene.eta, "guard": mode, "latch": None, **how}
         return Controller(robot, constraints, task, period=T, group=scene.group, limit_eta=scene.limit_eta, **gains)
 
     watched, task = scene.constraints.enforcing([]), ProjectionTask(len(admittance.joints))

@@ -112,6 +112,7 @@ def _controller(
         clouds={name: part.cloud for name, part in parts.items()},
         reach=scene.parameters.d_0 + REACH,
         guard=guard,
+        latch=None,
     )
 
 
