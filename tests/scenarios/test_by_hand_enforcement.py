@@ -17,8 +17,10 @@ from scenarios.by_hand.hand import Guide
 from scenarios.by_hand.metrics import summary
 from scenarios.by_hand.run import build, run_by_hand
 from scenarios.enforcement import METHODS, chosen
+from scenarios.jobs import Choices
 from scenarios.joined import SHARE, kept_farther
 from scenarios.scene_file import dump_scene, load_any, load_scene
+from scenarios.session import prepare
 
 VIOLATED = {
     "S1-hand": ["C1", "C2", "C3", "C4"],
@@ -179,3 +181,19 @@ def test_the_potential_is_the_files(tmp_path):
     assert (
         strong.ledger["potential"] == pytest.approx(2.0 * weak.ledger["potential"]) and weak.ledger["potential"] > 0.0
     )
+
+
+def test_jobs_of_the_command_line_run_them_all(tmp_path):
+    results = {}
+    for enforcement in PUSHED:
+        (job,) = prepare(["S5-hand"], Choices(enforcement=enforcement, period=0.008, out=tmp_path))
+        assert job.file == tmp_path / f"S5-hand-{enforcement}.mcap"
+        results[enforcement] = job.summary(job.run(None))
+    assert {e: (r["enforcement"], r["guard"], r["violated"]) for e, r in results.items()} == {
+        "admittance": ("admittance", "off", []),
+        "both": ("both", "act", []),
+    }
+    with pytest.raises(InputError, match="robust"):
+        prepare(["S5-hand"], Choices(enforcement="both", integrator="robust"))
+    with pytest.raises(UnknownNameError, match='Did you mean "admittance"'):
+        prepare(["S5-hand"], Choices(enforcement="admitance"))
