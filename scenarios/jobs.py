@@ -6,6 +6,7 @@ from pathlib import Path
 from typing import Any, Protocol
 
 from scenarios.analysis.trace import Trace
+from scenarios.enforcement import S, chosen
 
 Progress = Callable[[float], None] | None
 
@@ -17,11 +18,10 @@ class Choices:
     Attributes
     ----------
     coordination : of scenes with several arms, see `scenarios.coordination`; names with commas: each in turn.
-    solver : of scenes that follow a trajectory. guard : None for "act" where rows enforce the constraints, else "off".
-    period : T, seconds. seed : of everything random.
-    robot : another robot than the scene's. out : folder of traces.
-    enforcement : of hands-on scenes and of those that follow a trajectory by hand; None for "admittance" and "vfi".
-    plant, metric, integrator, form : of hands-on scenes. organ, vessels, unit : files in the place of their anatomy.
+    solver : of scenes that follow a trajectory.
+    enforcement, guard, metric : see `scenarios.enforcement.Enforcement`. plant, seed : see `Scene`.
+    period : T, seconds. robot : another robot than the scene's. out : folder of traces.
+    integrator, form : of hands-on scenes. organ, vessels, unit : files in the place of their anatomy.
         fill_gaps : of files of points, instead of refusing them.
     """
 
@@ -29,18 +29,23 @@ class Choices:
     coordination: str | None = None
     period: float | None = None
     guard: str | None = None
-    seed: int = 0
+    seed: int | None = None
     robot: str | None = None
     out: Path | None = None
-    plant: str = "kinematic"
+    plant: str | None = None
     enforcement: str | None = None
-    metric: str = "free"
+    metric: str | None = None
     integrator: str | None = None
     form: str | None = None
     organ: Path | None = None
     vessels: Path | None = None
     unit: str = "m"
     fill_gaps: bool = False
+
+    def applied_to(self, scene: S) -> S:
+        """The scene with the enforcement, the plant, the seed and the period that are chosen; raises InputError."""
+        how = {name: getattr(self, name) for name in ("enforcement", "guard", "metric", "plant", "seed", "period")}
+        return chosen(scene, **how)
 
 
 class Job(Protocol):

@@ -2,9 +2,10 @@
 
 import json
 import sys
-from collections.abc import Sequence, Set
+from collections.abc import Mapping, Sequence, Set
 from contextlib import nullcontext
 from dataclasses import dataclass
+from functools import cached_property
 from pathlib import Path
 from typing import Any
 
@@ -12,9 +13,10 @@ from primitives.errors import FileError, InputError, SolverError
 from scenarios.analysis.between import clearance_between
 from scenarios.analysis.metrics import summary
 from scenarios.analysis.trace import Trace
+from scenarios.anatomy.parts import Part, build_parts
 from scenarios.jobs import Choices, Job, Progress
 from scenarios.robots import robots
-from scenarios.run import build, run
+from scenarios.run import build, plant_of, run
 from scenarios.scene import Scene
 from scenarios.scene_file import load_any
 from vfi.backends import solvers
@@ -22,8 +24,8 @@ from vfi.backends import solvers
 ALL = "all"
 FOLLOWING, BY_HAND, HANDS_ON = "that follow a trajectory", "that follow a trajectory by hand", "led by a hand"
 HEEDED = {
-    FOLLOWING: ("solver", "coordination"),
-    BY_HAND: ("enforcement", "integrator"),
+    FOLLOWING: ("solver", "coordination", "plant", "enforcement"),
+    BY_HAND: ("enforcement", "metric", "integrator"),
     HANDS_ON: ("plant", "enforcement", "metric", "integrator", "form", "organ", "vessels", "unit", "fill_gaps"),
 }
 """Choices that not all kinds of scene heed, by the kind that does."""
@@ -31,30 +33,37 @@ HEEDED = {
 
 @dataclass(frozen=True)
 class TrajectoryJob:
-    """A run of a scene that follows a trajectory: the arguments of `scenarios.run.run`."""
+    """A run of a scene that follows a trajectory by itself."""
 
     scene: Scene
-    options: dict[str, Any]
+    solver: str
+    file: Path | None
 
     @property
     def label(self) -> str:
         """See `Job`."""
         coordination = f" {self.scene.coordination}" if self.scene.arms else ""
-        return f"{self.scene.name} {self.options['solver']}{coordination}"
+        return f"{self.scene.name} {self.solver}{coordination}"
 
-    @property
-    def file(self) -> Path | None:
-        """See `Job`."""
-        file: Path | None = self.options["out"]
-        return file
+    @cached_property
+    def parts(self) -> Mapping[str, Part]:
+        """The anatomy, built once."""
+        return build_parts(self.scene.anatomy)
+
+    def check(self) -> None:
+        """Build everything that the run will need; raises where something does not fit."""
+        robot = build(self.scene, solver=self.solver, parts=self.parts).robot
+        plant_of(self.scene, robot, self.parts)
+        for reference in self.scene.references:
+            reference.check()
 
     def run(self, progress: Progress) -> Trace:
         """See `Job`."""
-        return run(self.scene, **self.options, progress=progress)
+        return run(self.scene, solver=self.solver, out=self.file, progress=progress, parts=self.parts)
 
     def summary(self, trace: Trace) -> dict[str, Any]:
         """See `Job`."""
-        return summary(trace) | clearance_between(trace, self.scene)
+        return summary(trace) | clearance_between(trace, self.scene, self.parts)
 
     def draw(self, trace: Trace, folder: Path) -> list[Path]:
         """Nothing alone: the figures of the VFI paper show several runs together."""
@@ -78,22 +87,23 @@ def _fit(scene: Scene, robot: str | None) -> Scene:
 
 
 def _trajectory(scene: Scene, choices: Choices) -> list[TrajectoryJob]:
-    jobs, guard = [], choices.guard or "act"
-    coordinated = _coordinated(scene, choices.coordination)
+    jobs = []
+    coordinated = _coordinated(choices.applied_to(scene), choices.coordination)
     for one in coordinated:
         for chosen in solvers.names() if choices.solver == ALL else (choices.solver,):
+            suffix = f"-{one.coordination}" if len(coordinated) > 1 else ""
+            suffix += f"-{choices.enforcement}" if choices.enforcement not in (None, "vfi") else ""
+            suffix += f"-{chosen}" if choices.solver == ALL else ""
+            file = choices.out / f"{scene.name}{suffix}.mcap" if choices.out is not None else None
+            job = TrajectoryJob(one, chosen, file)
             try:
-                build(one, solver=chosen, guard=guard, period=choices.period)
+                job.check()
             except SolverError as error:
                 if choices.solver != ALL:
                     raise
                 print(f"vfi: left out: {error}", file=sys.stderr)
                 continue
-            suffix = f"-{one.coordination}" if len(coordinated) > 1 else ""
-            suffix += f"-{chosen}" if choices.solver == ALL else ""
-            file = choices.out / f"{scene.name}{suffix}.mcap" if choices.out is not None else None
-            options = {"solver": chosen, "period": choices.period, "guard": guard, "seed": choices.seed}
-            jobs.append(TrajectoryJob(one, {**options, "out": file}))
+            jobs.append(job)
     return jobs
 
 

@@ -27,7 +27,7 @@ from scenarios.analysis.picture import (
 )
 from scenarios.analysis.run_view import RunView
 from scenarios.analysis.trace import Trace
-from scenarios.hands_on.parts import Part
+from scenarios.anatomy.parts import Part
 from scenarios.hands_on.scene import HandsOnScene
 
 POINTS = 900

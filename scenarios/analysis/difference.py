@@ -148,9 +148,9 @@ def summary_of(trace: Trace) -> dict[str, Any]:
 
         return summary(trace)
     from scenarios.analysis.hands_on_metrics import summary as hands_on_summary
-    from scenarios.hands_on.parts import build_parts
+    from scenarios.anatomy.parts import build_parts
 
-    return hands_on_summary(trace, scene, build_parts(scene.anatomy, np.array(scene.port)))
+    return hands_on_summary(trace, scene, build_parts(scene.anatomy, scene.port))
 
 
 def _metrics(a: Trace, b: Trace) -> dict[str, tuple[Any, Any]]:

@@ -59,6 +59,8 @@ def summary(trace: Trace) -> dict[str, Any]:
         "scene": header["scene"],
         "robot": header["robot"],
         "solver": header["solver"],
+        "enforcement": header["enforcement"],
+        "plant": header["plant"],
         **({"coordination": header["coordination"]} if header.get("coordination") else {}),
         "guard": header["guard"],
         "period_s": header["period_s"],

@@ -18,7 +18,7 @@ from scenarios.analysis.picture import Picture
 from scenarios.analysis.run_view import view
 from scenarios.analysis.spread_chart import spread
 from scenarios.analysis.statistics import FEWEST, LEVEL, RESAMPLES
-from scenarios.hands_on.parts import build_parts
+from scenarios.anatomy.parts import build_parts
 from scenarios.hands_on.scene import HandsOnScene
 from scenarios.resolved import resolved_scene
 

@@ -12,7 +12,7 @@ from scenarios.analysis.hands_on_metrics import clearance, port_offset
 from scenarios.analysis.picture import BLACK, BLUE, GREEN, GREY, VERMILION, Dash
 from scenarios.analysis.tool_poses import shaft_lines
 from scenarios.analysis.trace import Trace
-from scenarios.hands_on.parts import Part
+from scenarios.anatomy.parts import Part
 from scenarios.hands_on.scene import HandsOnScene
 
 LOOKS: Mapping[str, tuple[str, Dash]] = {

@@ -13,7 +13,7 @@ def summary(trace: Trace) -> dict[str, Any]:
     force, torque = (np.linalg.norm(part, axis=1) for part in np.hsplit(trace["hand_wrench"], 2))
     return {
         **summary_of_trajectory(trace),
-        "enforcement": trace.header["enforcement"],
+        "metric": trace.header["metric"],
         "position_error_m": _largest_and_rms(trace["position_error"]),
         "orientation_error_rad": _largest_and_rms(trace["orientation_error"]),
         "hand_work_J": float(trace["hand"][-1]),

@@ -23,7 +23,7 @@ def compare(
     robot: Annotated[str | None, typer.Option(help="Names with commas; default: the scene's.")] = None,
     guard: Annotated[str, typer.Option(help="Modes with commas: off, watch, act.")] = "watch",
     seeds: Annotated[int, typer.Option(help="Runs of each, with seeds 0, 1, ..; the hand trembles.")] = 1,
-    plant: Annotated[PlantName, typer.Option(help="Ideal joints, or physics.")] = PlantName.kinematic,
+    plant: Annotated[PlantName | None, typer.Option(help="Ideal joints, or physics; default: the scene's.")] = None,
     out: Annotated[Path | None, typer.Option(help="Folder for traces, report.html and its figures.")] = None,
     as_json: Annotated[bool, typer.Option("--json", help="Print one object a run instead of a table.")] = False,
 ) -> None:
@@ -36,7 +36,7 @@ def compare(
         from scenarios.hands_on.compare import prepare_comparison, run_comparison
         from scenarios.jobs import Choices
 
-        choices = Choices(plant=plant.value, out=out)
+        choices = Choices(plant=plant.value if plant is not None else None, out=out)
         robots: list[str | None] = [*robot.split(",")] if robot else [None]
         jobs = prepare_comparison(scene, enforcement.split(","), robots, seeds, choices, guard.split(","))
         if out is not None:
@@ -49,7 +49,8 @@ def compare(
                 from scenarios.analysis.report import write_report
 
                 words = ["vfi", "compare", scene, "--enforcement", enforcement, "--guard", guard, "--seeds", str(seeds)]
-                words += [*(["--robot", robot] if robot else []), "--plant", plant.value, "--out", str(out)]
+                words += [*(["--robot", robot] if robot else []), *(["--plant", plant.value] if plant else [])]
+                words += ["--out", str(out)]
                 comparison = Comparison(out, shlex.join(words), results)
                 comparison.save()
                 bar.update(task, description="report", completed=1.0)

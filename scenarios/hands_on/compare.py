@@ -7,6 +7,7 @@ from typing import Any
 
 from primitives.errors import InputError
 from scenarios.analysis.comparison_folder import trace_file
+from scenarios.enforcement import chosen
 from scenarios.hands_on.job import HandsOnJob, hands_on_job
 from scenarios.hands_on.scene import HandsOnScene
 from scenarios.jobs import Choices
@@ -53,16 +54,17 @@ def prepare_comparison(
             )
             first = first or job
             for guard in guards:
-                guarded = job.with_changes(guard=guard)
+                guarded = job.of(chosen(job.scene, guard=guard), None)
                 guarded.check()
-                jobs += [_seeded(guarded, choices.seed + i, choices.out) for i in range(seeds)]
+                jobs += [_seeded(guarded, guarded.scene.seed + i, choices.out) for i in range(seeds)]
     return jobs
 
 
 def _seeded(job: HandsOnJob, seed: int, out: Path | None) -> HandsOnJob:
-    names = {"scene": job.scene.name, "robot": job.scene.robot, "seed": seed}
-    names |= {name: getattr(job, name) for name in ("plant", "enforcement", "guard")}
-    return job.with_changes(seed=seed, file=None if out is None else out / trace_file(names))
+    scene = job.scene.with_changes(seed=seed)
+    names = {"scene": scene.name, "robot": scene.robot, "seed": seed, "plant": scene.plant}
+    names |= {"enforcement": scene.in_force.method, "guard": scene.in_force.guard}
+    return job.of(scene, None if out is None else out / trace_file(names))
 
 
 def run_comparison(
