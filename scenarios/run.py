@@ -10,8 +10,10 @@ from typing import Any
 
 import numpy as np
 
+from primitives.checks import known
 from primitives.constraint import ConstraintSet
 from primitives.errors import InputError
+from scenarios.analysis.kinds import TRAJECTORY
 from scenarios.analysis.recorder import Recorder
 from scenarios.analysis.trace import Trace
 from scenarios.coordination import SeparateControllers
@@ -21,6 +23,8 @@ from scenarios.scene_file import dump_scene
 from vfi.controller import Controller
 from vfi.tasks import PoseTask
 
+ENFORCEMENTS = ("none", "vfi")
+"""All constraints are watched; or the inequalities keep those that the scene enforces."""
 _PACKAGES = ("active-constraints", "numpy", "numba", "pin", "highspy")
 
 
@@ -30,15 +34,19 @@ def versions() -> dict[str, str]:
 
 
 def build(
-    scene: Scene, *, solver: str, guard: str, period: float | None, ring: int = 512
+    scene: Scene, *, solver: str, guard: str, period: float | None, enforcement: str = "vfi", ring: int = 512
 ) -> Controller | SeparateControllers:
     """The controller of a scene, or those of its arms.
+
+    enforcement : one of `ENFORCEMENTS`; others see `run`.
 
     Raises
     ------
     InputError, UnknownNameError : the scene does not fit its robot, or a name or number is wrong.
     """
+    known("enforcement", enforcement, ENFORCEMENTS)
     robot = scene.build_robot()
+    declared = scene.constraints if enforcement == "vfi" else scene.constraints.enforcing([])
 
     def controller(constraints: ConstraintSet, task: PoseTask | tuple[PoseTask, ...], group: str) -> Controller:
         return Controller(
@@ -55,11 +63,11 @@ def build(
         )
 
     if scene.coordination == "central":
-        return controller(scene.constraints, scene.task, scene.group)
+        return controller(declared, scene.task, scene.group)
     know = scene.coordination == "velocity"
     return SeparateControllers(
         robot,
-        scene.constraints,
+        declared,
         scene.group,
         scene.arms,
         know,
@@ -84,6 +92,7 @@ def no_collection() -> Iterator[None]:
 def header(scene: Scene, controller: Controller | SeparateControllers, seed: int) -> Mapping[str, Any]:
     """Facts on a run, for its trace."""
     return {
+        "kind": TRAJECTORY,
         "scene": scene.name,
         "robot": str(scene.robot),
         "solver": controller.solver,
@@ -107,6 +116,7 @@ def run(
     solver: str = "active-set",
     period: float | None = None,
     guard: str = "act",
+    enforcement: str = "vfi",
     seed: int = 0,
     out: Path | None = None,
     progress: Callable[[float], None] | None = None,
@@ -115,7 +125,7 @@ def run(
 
     Parameters
     ----------
-    solver, guard : see `vfi.controller.Controller`.
+    solver, guard : see `vfi.controller.Controller`. enforcement : one of `ENFORCEMENTS`.
     period : T in seconds, where it differs from the scene's.
     seed : of everything random; the same seed gives the same commands to the bit.
     out : file that the trace is written to while the run goes on.
@@ -125,7 +135,7 @@ def run(
     ------
     InputError, UnknownNameError : see `build`.
     """
-    controller = build(scene, solver=solver, guard=guard, period=period)
+    controller = build(scene, solver=solver, guard=guard, period=period, enforcement=enforcement)
     cycles = round(scene.duration / controller.period)
     if cycles < 1:
         raise InputError(f"period: expected at most the scene's {scene.duration:g} s, got {controller.period:g} s")
@@ -136,7 +146,7 @@ def run(
     reference = np.hstack(
         [r.sample(turn, controller.period, cycles) for r, turn in zip(scene.references, first, strict=True)]
     )
-    facts = header(scene, controller, seed)
+    facts = {**header(scene, controller, seed), "enforcement": enforcement}
     recorder = Recorder(controller, controller.columns, facts, out, cycles, progress=progress)
     with recorder, no_collection():
         measurement = plant.reset()

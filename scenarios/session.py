@@ -9,7 +9,7 @@ from pathlib import Path
 from typing import Any
 
 from primitives.errors import FileError, InputError, SolverError
-from scenarios.analysis.between import clearance_between
+from scenarios.analysis.kept import kept_summary
 from scenarios.analysis.metrics import summary
 from scenarios.analysis.trace import Trace
 from scenarios.jobs import Choices, Job, Progress
@@ -40,7 +40,7 @@ class TrajectoryJob:
     def label(self) -> str:
         """See `Job`."""
         coordination = f" {self.scene.coordination}" if self.scene.arms else ""
-        return f"{self.scene.name} {self.options['solver']}{coordination}"
+        return f"{self.scene.name} {self.options['enforcement']} {self.options['solver']}{coordination}"
 
     @property
     def file(self) -> Path | None:
@@ -54,14 +54,14 @@ class TrajectoryJob:
 
     def summary(self, trace: Trace) -> dict[str, Any]:
         """See `Job`."""
-        return summary(trace) | clearance_between(trace, self.scene)
+        return summary(trace) | kept_summary(trace, self.scene)
 
     def draw(self, trace: Trace, folder: Path) -> list[Path]:
         """Nothing alone: the figures of the VFI paper show several runs together."""
         return []
 
 
-def _fit(scene: Scene, robot: str | None) -> Scene:
+def fit(scene: Scene, robot: str | None) -> Scene:
     """The scene on another robot; says why where that cannot be."""
     if robot is None or robot == scene.robot:
         return scene
@@ -92,8 +92,8 @@ def _trajectory(scene: Scene, choices: Choices) -> list[TrajectoryJob]:
             suffix = f"-{one.coordination}" if len(coordinated) > 1 else ""
             suffix += f"-{chosen}" if choices.solver == ALL else ""
             file = choices.out / f"{scene.name}{suffix}.mcap" if choices.out is not None else None
-            options = {"solver": chosen, "period": choices.period, "guard": guard, "seed": choices.seed}
-            jobs.append(TrajectoryJob(one, {**options, "out": file}))
+            options = {"solver": chosen, "period": choices.period, "guard": guard, "enforcement": "vfi"}
+            jobs.append(TrajectoryJob(one, {**options, "seed": choices.seed, "out": file}))
     return jobs
 
 
@@ -150,9 +150,9 @@ def prepare(scenes: Sequence[str], choices: Choices) -> list[Job]:
         if isinstance(scene, Scene) and scene.hand is not None:
             from scenarios.by_hand.job import by_hand_job
 
-            jobs.append(by_hand_job(_fit(scene, choices.robot), choices))
+            jobs.append(by_hand_job(fit(scene, choices.robot), choices))
         elif isinstance(scene, Scene):
-            jobs += _trajectory(_fit(scene, choices.robot), choices)
+            jobs += _trajectory(fit(scene, choices.robot), choices)
         else:
             from scenarios.hands_on.job import hands_on_job
 

@@ -84,8 +84,11 @@ def _space(space: Space) -> Figure:
     for dots in space.clouds:
         size, opacity = dots.size**2, dots.opacity
         axes.scatter(*dots.points.T, s=size, color=dots.colour, alpha=opacity, linewidths=0, label=dots.label)
+    named: set[str] = set()
     for label, points, colour, dash in space.paths:
-        axes.plot(*points.T, color=colour, linestyle=DASHES[dash], linewidth=1.8, label=label)
+        shown = "_" if label in named else label
+        axes.plot(*points.T, color=colour, linestyle=DASHES[dash], linewidth=1.8, label=shown)
+        named.add(label)
     everything = np.vstack([*(d.points for d in space.clouds), *(points for _, points, _, _ in space.paths)])
     low, high = everything.min(axis=0), everything.max(axis=0)
     half = 0.5 * np.maximum(high - low, SLIMMEST * np.max(high - low))

@@ -145,9 +145,12 @@ def _space(space: Space) -> dict[str, Any]:
     for dots in space.clouds:
         marker = {"size": dots.size, "color": dots.colour, "opacity": dots.opacity, "line": {"width": 0}}
         data.append(_points(dots.label, dots.points) | {"mode": "markers", "marker": marker, "hoverinfo": "name"})
+    named: set[str] = set()
     for label, points, colour, dash in space.paths:
-        line = {"color": colour, "width": 5, "dash": dash}
-        data.append(_points(label, points) | {"mode": "lines", "line": line})
+        line, first = {"color": colour, "width": 5, "dash": dash}, label not in named
+        one = {"mode": "lines", "line": line, "legendgroup": label, "showlegend": first}
+        data.append(_points(label, points) | one)
+        named.add(label)
     layout = _layout(640)
     axes = {
         f"{name}axis": {

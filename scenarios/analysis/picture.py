@@ -97,7 +97,10 @@ class Dots:
 
 @dataclass(frozen=True)
 class Space:
-    """Paths among points in space; coordinates as axis_label says, "x" being replaced by the axis' name."""
+    """Paths among points in space; coordinates as axis_label says, "x" being replaced by the axis' name.
+
+    Paths of one label are of one run.
+    """
 
     name: str
     title: str

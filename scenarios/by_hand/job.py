@@ -40,10 +40,10 @@ class ByHandJob:
 
     def summary(self, trace: Trace) -> dict[str, Any]:
         """See `Job`."""
-        from scenarios.analysis.between import clearance_between
+        from scenarios.analysis.kept import kept_summary
         from scenarios.by_hand.metrics import summary
 
-        return summary(trace) | clearance_between(trace, self.scene)
+        return summary(trace) | kept_summary(trace, self.scene)
 
     def draw(self, trace: Trace, folder: Path) -> list[Path]:
         """Nothing alone: the figures of the VFI paper show several runs together."""
