@@ -13,6 +13,8 @@ DASHES = {"solid": "solid", "dash": "12px,7px", "dot": "dot", "dashdot": "dashdo
 SYMBOLS = {"dots": "circle", "diamonds": "diamond"}
 LEGEND, TITLE, FOOT = 34, 26, 52
 """Pixels for the legend above, a panel's title, and the axis below it."""
+EYE = {"x": 1.1, "y": -1.2, "z": 0.85}
+"""From where a figure in space is seen, in lengths of its longest side."""
 DIGITS = 5
 
 
@@ -152,17 +154,19 @@ def _space(space: Space) -> dict[str, Any]:
         data.append(_points(label, points) | one)
         named.add(label)
     layout = _layout(640)
+    middle, half = space.box()
     axes = {
         f"{name}axis": {
             "title": {"text": space.axis_label.replace("x", name, 1)},
             "gridcolor": GRID,
             "backgroundcolor": "white",
             "showspikes": False,
+            "range": plain(np.array([centre - h, centre + h])),
         }
-        for name in "xyz"
+        for name, centre, h in zip("xyz", middle, half, strict=True)
     }
-    eye = {"x": 1.15, "y": -1.25, "z": 1.05}
-    layout["scene"] = {**axes, "aspectmode": "data", "camera": {"eye": eye}}
+    sides = dict(zip("xyz", plain(half / np.max(half)), strict=True))
+    layout["scene"] = {**axes, "aspectmode": "manual", "aspectratio": sides, "camera": {"eye": EYE}}
     layout["margin"] = {"l": 0, "r": 0, "t": LEGEND, "b": 0}
     return {"data": data, "layout": layout}
 

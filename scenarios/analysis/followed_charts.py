@@ -7,8 +7,9 @@ import numpy as np
 
 from primitives.checks import Array
 from scenarios.analysis.curves import POINTS, TIME, curves
-from scenarios.analysis.followed_view import FollowedView
+from scenarios.analysis.followed_view import WINDOW, FollowedView
 from scenarios.analysis.ledger_chart import ledger
+from scenarios.analysis.measures import DEGREES
 from scenarios.analysis.picture import Chart, Dash, Panel, Picture, Space
 
 SHADOW = "#C4C4C4"
@@ -27,8 +28,8 @@ def margins(views: Sequence[FollowedView], keep: Sequence[str]) -> Chart:
     """The margin of every declared constraint over time."""
     panels = []
     for name, unit in views[0].trace.header["constraints"].items():
-        scale, shown = (1e3, "mm") if unit == "m" else (np.degrees(1.0), "deg")
-        lines = curves(views, partial(_margin, name=name, scale=float(scale)))
+        scale, shown = (1e3, "mm") if unit == "m" else (DEGREES, "deg")
+        lines = curves(views, partial(_margin, name=name, scale=scale))
         low, high = min(float(line.y.min()) for line in lines), max(float(line.y.max()) for line in lines)
         room = 0.06 * (max(high, 0.0) - min(low, 0.0))
         title = name if name in keep else f"{name} (watched)"
@@ -49,7 +50,10 @@ def tracking(views: Sequence[FollowedView]) -> Chart:
     """How far every tool was from its reference over time."""
     panels = []
     for i, frame in enumerate(views[0].trace.header["tasks"]):
-        off, turned = partial(_of_tool, what="off", i=i, scale=1e3), partial(_of_tool, what="turned", i=i, scale=57.3)
+        off, turned = (
+            partial(_of_tool, what="off", i=i, scale=1e3),
+            partial(_of_tool, what="turned", i=i, scale=DEGREES),
+        )
         panels.append(Panel(f"{frame}: distance from its reference", TIME, "off [mm]", curves(views, off)))
         panels.append(Panel(f"{frame}: turned from its reference", TIME, "turned [deg]", curves(views, turned)))
     caption = (
@@ -68,11 +72,16 @@ def motion(views: Sequence[FollowedView]) -> Chart:
     """How fast the joints moved, and how hard they were accelerated."""
     panels = (
         Panel("Joint velocities, norm", TIME, "|q̇| [rad/s, m/s]", curves(views, lambda v: v.speed)),
-        Panel("Joint accelerations, norm", TIME, "|q̈| [rad/s², m/s²]", curves(views, lambda v: v.acceleration)),
+        Panel(
+            f"Joint accelerations, rms over {WINDOW:g} s",
+            TIME,
+            "q̈ [rad/s², m/s²]",
+            curves(views, lambda v: v.acceleration),
+        ),
     )
     caption = (
         "Norms over the joints that are decided, turning and sliding ones together. The acceleration is the difference "
-        "of two commands divided by the period: it shows a command that jumps."
+        "of two commands divided by the period; it shows commands that jump."
     )
     return Chart("motion", "Motion of the joints", caption, panels)
 

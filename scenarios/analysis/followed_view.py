@@ -11,6 +11,9 @@ from scenarios.analysis.metrics import orientation_error, position_error, positi
 from scenarios.analysis.picture import Dash
 from scenarios.analysis.trace import Trace
 
+WINDOW = 0.2
+"""Seconds over which an acceleration is told: of single cycles a tremor leaves nothing to be seen."""
+
 
 @dataclass(frozen=True)
 class FollowedView:
@@ -21,7 +24,7 @@ class FollowedView:
     label : of its curves. colour, dash : of its curves.
     tips, wanted : (k, 3) of each tool, where it was and where it was to be, metres.
     off, turned : (k,) of each tool, how far it was from there, metres, and turned from how it was to be, rad.
-    speed, acceleration : (k,) norms over the decided joints, rad and m together.
+    speed, acceleration : (k,) norms over the decided joints, rad and m together; the second as rms over `WINDOW`.
     """
 
     label: str
@@ -39,7 +42,8 @@ class FollowedView:
 def followed_view(cell: Cell, look: Look, trace: Trace) -> FollowedView:
     """Compute what is drawn of a run of a cell."""
     tools, qdot = range(len(trace.header["tasks"])), trace["qdot"]
-    change = np.diff(qdot, axis=0, prepend=qdot[:1]) / float(trace.header["period_s"])
+    period = float(trace.header["period_s"])
+    change = np.diff(qdot, axis=0, prepend=qdot[:1]) / period
     return FollowedView(
         cell.name,
         trace,
@@ -48,6 +52,14 @@ def followed_view(cell: Cell, look: Look, trace: Trace) -> FollowedView:
         tuple(position_error(trace, i) for i in tools),
         tuple(orientation_error(trace, i) for i in tools),
         np.linalg.norm(qdot, axis=1),
-        np.linalg.norm(change, axis=1),
+        _running_rms(change, max(1, round(WINDOW / period))),
         *look,
     )
+
+
+def _running_rms(values: Array, window: int) -> Array:
+    """(k,) rms of the norms of values (k, n) over the last `window` rows, or as many as there are."""
+    total = np.cumsum(np.sum(values**2, axis=1))
+    before = np.concatenate([np.zeros(min(window, len(total))), total])[: len(total)]
+    out: Array = np.sqrt(np.maximum(total - before, 0.0) / np.minimum(np.arange(1, len(total) + 1), window))
+    return out

@@ -118,7 +118,9 @@ def _facts(comparison: Comparison, cells: Sequence[Cell], arms: Sequence[str]) -
     return {
         "scene": first["scene"],
         "arms": arms,
-        "methods": list(dict.fromkeys(cell.name for cell in cells)),
+        "methods": (", " if all("," not in cell.name for cell in cells) else "; ").join(
+            dict.fromkeys(cell.name for cell in cells)
+        ),
         "runs": len(comparison.results),
         "seeds": f"{seeds[0]} to {seeds[-1]}" if len(seeds) > 1 else str(seeds[0]),
         "per_cell": len(seeds),

@@ -8,6 +8,9 @@ from scenarios.analysis.kinds import HANDS_ON
 from scenarios.analysis.measures import Measure
 from scenarios.analysis.statistics import Interval
 
+NOUGHT = 1e-15
+"""What is smaller is rounding."""
+
 
 class Entry(NamedTuple):
     """One value: in large, what belongs to it in small, and whether it is the better one, out of place, or alarming."""
@@ -29,9 +32,9 @@ class Row(NamedTuple):
 
 def shown(value: float) -> str:
     """A number to three or four digits, with a true minus."""
-    if value == 0.0:
-        return "0"
     size = abs(value)
+    if size < NOUGHT:
+        return "0"
     text = f"{value:.1e}" if size < 1e-3 or size >= 1e5 else f"{value:.3g}" if size < 1000.0 else f"{value:.0f}"
     return text.replace("-", "\N{MINUS SIGN}")
 
@@ -68,7 +71,7 @@ def _violated(cell: Cell) -> Entry:
     keep = [name for name in names if name in cell.runs[0]["to_keep"]]
     others = [name for name in names if name not in keep]
     detail = f"watched: {', '.join(others)}" if others else ""
-    return Entry(", ".join(keep) or "none", detail, alarm=bool(keep))
+    return Entry(", ".join(keep) or "nothing", detail, alarm=bool(keep))
 
 
 def _outcome(cells: Sequence[Cell]) -> list[Row]:
