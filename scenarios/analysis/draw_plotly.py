@@ -13,8 +13,8 @@ DASHES = {"solid": "solid", "dash": "12px,7px", "dot": "dot", "dashdot": "dashdo
 SYMBOLS = {"dots": "circle", "diamonds": "diamond"}
 LEGEND, TITLE, FOOT = 34, 26, 52
 """Pixels for the legend above, a panel's title, and the axis below it."""
-EYE = {"x": 1.1, "y": -1.2, "z": 0.85}
-"""From where a figure in space is seen, in lengths of its longest side."""
+EYE, CENTRE = {"x": 1.1, "y": -1.2, "z": 0.85}, {"x": 0.0, "y": 0.0, "z": -0.12}
+"""From where a figure in space is seen, and what is in the middle of the view, in lengths of its longest side."""
 DIGITS = 5
 
 
@@ -166,7 +166,7 @@ def _space(space: Space) -> dict[str, Any]:
         for name, centre, h in zip("xyz", middle, half, strict=True)
     }
     sides = dict(zip("xyz", plain(half / np.max(half)), strict=True))
-    layout["scene"] = {**axes, "aspectmode": "manual", "aspectratio": sides, "camera": {"eye": EYE}}
+    layout["scene"] = {**axes, "aspectmode": "manual", "aspectratio": sides, "camera": {"eye": EYE, "center": CENTRE}}
     layout["margin"] = {"l": 0, "r": 0, "t": LEGEND, "b": 0}
     return {"data": data, "layout": layout}
 
