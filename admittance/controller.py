@@ -1,35 +1,28 @@
 """`Admittance`: a robot, a port, what must hold, and parameters, lowered once; `step` is one cycle."""
 
 from collections.abc import Sequence
-from time import perf_counter_ns
-from typing import Any
 
 import numpy as np
 from numpy.typing import ArrayLike
 
-from admittance import cycle as compiled_cycle
-from admittance.energy import open_books
-from admittance.lowering import FORMS, INTEGRATORS, Settings, lower
+from admittance.lowering import FORMS, INTEGRATORS, Settings
 from admittance.memory import Real, Whole
-from admittance.messages import WORDS, Motion, Proposal
-from admittance.model import evaluate, settle
+from admittance.messages import Motion
+from admittance.model import evaluate
 from admittance.nullspace import first_null_basis
-from admittance.outcome import Book, Option, Reason, Setting, Slot, State, Touch
+from admittance.outcome import Book, Option, Setting, State, Touch
 from admittance.parameters import TABLE_1, Parameters
-from admittance.record import columns, width
+from admittance.port_lowering import lower
 from admittance.regions import Cloud, Region, lay_out
+from admittance.stepping import NOTHING, Stepping
 from primitives.checks import Array, array, known, number
 from primitives.constraint import ConstraintSet
 from primitives.elements import Point
 from primitives.errors import InputError
 from primitives.robot import Robot
-from primitives.vectors import CONTACT
-
-NOTHING = ConstraintSet()
-"""No constraint but what the regions are."""
 
 
-class Admittance:
+class Admittance(Stepping[Motion]):
     """The target admittance of a hand-guided shaft through a port, which it integrates to joint references.
 
     Parameters
@@ -105,48 +98,21 @@ class Admittance:
         handle = sensor or Point.at([0.0, 0.0, -parameters.shaft_length], frame=shaft)
         place, kept_out = array(port, (3,), "port"), tuple(regions)
         lowered = lower(robot, place, shaft, parameters, kept_out, constraints, handle, group, settings)
-        size = number(ring, "ring", low=1)
-        self.robot, self.parameters, self.period, self.shaft = robot, parameters, settings.period, shaft
-        self.form, self.integrator, self.group = form, integrator, group
-        self.joints = tuple(robot.joints[i] for i in lowered.decided)
-        self.regions = {region.name: region for region in kept_out}
-        self.constraints = constraints
-        self.columns = columns(lowered.memory)
-        """Where each quantity stands in a record of the ring; see `admittance.record.columns`."""
-        self.ring: Array = np.zeros((int(size), width(lowered.memory)))
-        self.cycles = 0
-        """Cycles so far; cycle k writes ring[k % len(ring)]."""
-        self._memory, self._decided, self._points = lowered.memory, lowered.decided, lowered.points
-        self._real, self._outcome = lowered.memory.real, lowered.memory.whole[Whole.OUTCOME]
-        self._options = lowered.memory.whole[Whole.OPTIONS]
-        self._wrench, self._q = self._real[Real.WRENCH], self._real[Real.Q]
-        self._t, self._open = -np.inf, False
+        super().__init__(robot, group, settings.period, lowered, constraints, kept_out, ring)
+        self.parameters, self.shaft, self.form, self.integrator = parameters, shaft, form, integrator
         self._begin_at(start)
 
     def _begin_at(self, start: ArrayLike) -> None:
-        lower_, upper = self.robot.limits.lower, self.robot.limits.upper
-        q = array(start, (self.robot.n,), "start")
-        outside = [j for j, x, a, b in zip(self.robot.joints, q, lower_, upper, strict=True) if not a <= x <= b]
-        if outside:
-            raise InputError(f"start: out of range at {', '.join(outside)}; see the robot's limits")
-        self._q[:] = q
+        self._take_start(start)
         real = self._real
         # The first evaluation has no G to hand on; it fills J and P, from which the first G is made.
-        evaluate(*self._memory.arguments, *self._points, q)
+        evaluate(*self._memory.arguments, *self._points, self._q)
         if not np.all(np.diag(real[Real.FACTOR]) > 0.0) or not np.isfinite(real[Real.P]).all():
             raise InputError("start: the shaft's Jacobian has lost rank; choose another configuration")
         first_null_basis(real[Real.J], real[Real.P], real[Real.G_LAST])
-        blocked = Reason(evaluate(*self._memory.arguments, *self._points, q))
-        if blocked == Reason.INSIDE:
-            raise InputError(self._depth())
-        if blocked == Reason.VIOLATED:
-            raise InputError(f"start: {self._violated()}, expected more than zero")
-        if blocked != Reason.NONE:
-            raise InputError(f"start: {WORDS[blocked]}")
-        settle(*self._memory.arguments)
-        open_books(*self._memory.arguments)
+        self._begin()
         offset, condition = float(np.linalg.norm(real[Real.X_C])), float(real[Real.SINGULAR][2])
-        limit = float(self._memory.real[Real.SETTINGS][Setting.CONDITION_LIMIT])
+        limit = float(real[Real.SETTINGS][Setting.CONDITION_LIMIT])
         if offset > 5e-3:
             raise InputError(f"start: the shaft passes the port at {offset * 1e3:.3g} mm, expected at most 5 mm")
         if condition > limit:
@@ -154,153 +120,26 @@ class Admittance:
                 f"start: the shaft's Jacobian has the condition {condition:.4g}, expected at most {limit:g}"
             )
 
-    def _depth(self) -> str:
-        """Where the tool is inside a region, in words."""
-        name = list(self.regions)[self._outcome[Slot.REGION]]
-        depth, point = -self._real[Real.TOUCH][Touch.CLEARANCE], self._outcome[Slot.POINT]
-        return f'the tool is {depth * 1e3:.4g} mm inside the sphere of point {point} of region "{name}"'
-
-    def _violated(self) -> str:
-        """Which enforced constraints have no margin left, in words."""
-        found = zip(self.constraints, self._real[Real.MARGIN], strict=True)
-        scale = {"m": (1e3, "mm"), "rad": (1.0, "rad")}
-        said = []
-        for c, margin in found:
-            if c.enforced and not margin > CONTACT:
-                times, unit = scale[c.definition.unit]
-                said.append(f'"{c.name}" is {margin * times:.4g} {unit}')
-        return f"the margin of constraint {', of '.join(said)}"
-
-    def step(self, t: float, wrench: ArrayLike) -> Motion:
-        """One cycle. Never raises and never commands a number that is not finite.
-
-        Parameters
-        ----------
-        t : seconds; must grow from cycle to cycle.
-        wrench : (6,) [force; torque] of the hand at the sensor, world axes, N and Nm.
-        """
-        begun = perf_counter_ns()
-        problem = self._take_in(t, wrench)
-        row = self.cycles % len(self.ring)
-        if problem is not None:
-            compiled_cycle.refuse(*self._memory.arguments, State.FAULT, *problem, self.ring, row)
-        else:
-            compiled_cycle.cycle(*self._memory.arguments, *self._points, 0, self._t, self.ring, row)
-        self._open = False
-        return self._finish(row, begun)
-
-    def propose(self, t: float, wrench: ArrayLike) -> Proposal:
-        """The first half of a cycle whose velocity something else decides on; `accept` is the second. Never raises.
-
-        The velocity proposed is that of the semi-implicit step of the reduced form, without limits.
-        """
-        problem = self._take_in(t, wrench)
-        if problem is not None:
-            self._wrench[:] = np.nan if problem[0] == Reason.INPUT else 0.0
-        compiled_cycle.begin_reference(*self._memory.arguments)
-        if problem is not None:
-            self._outcome[Slot.STATE], self._outcome[Slot.REASON] = State.FAULT, problem[0]
-        self._open = True
-        real, seen = self._real, self._outcome[Slot.NEARBY]
-        rows = np.zeros((seen, len(real[Real.V])))
-        rows[:, :4] = self._points[6][:seen, :4]
-        return Proposal(
-            real[Real.V_REF].copy(),
-            real[Real.Z].T.copy(),
-            real[Real.OFFSET].copy(),
-            real[Real.METRIC].copy(),
-            real[Real.LOW][1].copy(),
-            real[Real.HIGH][1].copy(),
-            rows,
-            self._points[6][:seen, 4].copy(),
-            State(self._outcome[Slot.STATE]),
-            self._reason(),
-        )
-
-    def accept(self, v: ArrayLike | None) -> Motion:
-        """Carry out the free velocity (m,) that was decided on after `propose`, and keep it as the state. Never raises.
-
-        None says that none was found: the state is HOLD, and the arm stands still.
-
-        A velocity that is not (m,) finite numbers, or that comes without a proposal, is a FAULT and stands still.
-        """
-        begun, row = perf_counter_ns(), self.cycles % len(self.ring)
-        try:
-            if not self._open:
-                raise InputError("accept: there is no proposal")
-            if v is None:
-                how = State.HOLD, int(Reason.UNDECIDED), self._finite_t
-                compiled_cycle.refuse(*self._memory.arguments, *how, self.ring, row)
-            else:
-                self._real[Real.V_NEXT][:] = array(v, self._real[Real.V].shape, "free velocity")
-                compiled_cycle.cycle(*self._memory.arguments, *self._points, 1, self._t, self.ring, row)
-        except Exception:
-            how = State.FAULT, int(Reason.INPUT), self._finite_t
-            compiled_cycle.refuse(*self._memory.arguments, *how, self.ring, row)
-        self._open = False
-        return self._finish(row, begun)
-
-    @property
-    def _finite_t(self) -> float:
-        return self._t if np.isfinite(self._t) else 0.0
-
-    def _take_in(self, t: Any, wrench: Any) -> tuple[int, float] | None:
-        """Copy the input to the memory; where its form is wrong, the reason and the last good time."""
-        try:
-            if type(t) is not float:
-                t = number(t, "t")
-            if not self._t < t < np.inf:
-                return int(Reason.TIME), self._finite_t
-            if type(wrench) is np.ndarray and wrench.shape == (6,) and wrench.dtype == np.float64:
-                self._wrench[:] = wrench
-            else:
-                self._wrench[:] = array(wrench, (6,), "wrench", finite=False)
-        except Exception:
-            return int(Reason.INPUT), self._finite_t
-        self._t = t
-        return None
-
-    def _reason(self) -> str:
-        reason = Reason(self._outcome[Slot.REASON])
-        if reason == Reason.INSIDE:
-            return f"{self._depth()}; {WORDS[reason]}"
-        if reason == Reason.VIOLATED:
-            return f"{self._violated()}; {WORDS[reason]}"
-        return WORDS[reason]
-
-    def _finish(self, row: int, begun: int) -> Motion:
-        self.cycles += 1
-        real, state = self._real, self._outcome[Slot.STATE]
+    def _motion(self, state: State, reason: str) -> Motion:
+        real = self._real
         handle = real[Real.HANDLE][9:].copy()
-        motion = Motion(
+        return Motion(
             self._q[self._decided],
             real[Real.QDOT].copy(),
             real[Real.V].copy(),
-            State.RUN if state == 0 else State(state),
-            "" if state == 0 else self._reason(),
+            state,
+            reason,
             real[Real.X_C].copy(),
             float(real[Real.TOUCH][Touch.CLEARANCE]),
             real[Real.MARGIN].copy(),
             handle,
             (handle - real[Real.HANDLE_LAST][9:]) / self.period,
         )
-        self.ring[row, 1] = (perf_counter_ns() - begun) * 1e-3
-        return motion
-
-    @property
-    def ledger(self) -> dict[str, float]:
-        """The ledger so far, J by name; see `energy`."""
-        return {entry.name.lower(): float(self._real[Real.LEDGER][entry]) for entry in Book}
 
     @property
     def handle(self) -> Array:
         """(3,) position of the handle, world, metres."""
         return self._real[Real.HANDLE][9:].copy()
-
-    @property
-    def q(self) -> Array:
-        """(n,) present reference of all joints, rad and m."""
-        return self._q.copy()
 
     def replace(self, region: str, cloud: Cloud) -> None:
         """Put another cloud in the place of a region's. Never raises for what the cloud does to the tool.

@@ -5,7 +5,7 @@ Where something else decides on the velocity, `begin_reference` is the first hal
 
 import numpy as np
 
-from admittance.energy import close_books
+from admittance.energy import close_books, kinetic_energy
 from admittance.integrators import advance
 from admittance.memory import CLOUDS, Real, Whole
 from admittance.model import apply_hand, evaluate, settle
@@ -141,6 +141,8 @@ def cycle(
     before[:] = q
     if not given:
         begin(f, fl, w, wl)
+    elif not np.isfinite(kinetic_energy(vector(f, fl, Real.INERTIA), vector(f, fl, Real.V_NEXT))):
+        judge(f, fl, w, wl, State.HOLD, Reason.NOT_FINITE)
     if outcome[Slot.STATE] == State.RUN:
         outcome[Slot.SUBSTEPS] = 1
         phase = accept(f, fl, w, wl) if given else advance(f, fl, w, wl, near, START, 0)

@@ -1,29 +1,41 @@
 """Declared constraints for the admittance: which of them its barrier can enforce, and from how far."""
 
+from typing import Protocol
+
 import numpy as np
 
 from admittance.margins import LINEAR, RANGE, SIGHT
-from admittance.parameters import Parameters
 from primitives.checks import Array
 from primitives.constraint import Constraint, ConstraintSet
-from primitives.errors import InactiveConstraintError, InputError
-from primitives.kinematics import FlatModel
+from primitives.errors import InputError
 
 
-def movers(flat: FlatModel, frame: int) -> set[int]:
-    """Joints that move a frame of a flat model."""
-    found, joint = set(), int(flat.frame_joint[frame])
-    while joint >= 0:
-        found.add(joint)
-        joint = int(flat.parent[joint])
-    return found
+class Barrier(Protocol):
+    """What the barrier needs to know of parameters."""
+
+    @property
+    def k(self) -> float:
+        """Its gain, J."""
+
+    @property
+    def d_0(self) -> float:
+        """Its range, metres."""
+
+    @property
+    def d_0_angle(self) -> float:
+        """Its range for margins that are angles, rad."""
 
 
-def check_kinds(constraints: ConstraintSet) -> None:
-    """Refuse clouds, which are given as regions, and elements on entities, which nothing measures here."""
+def check_kinds(constraints: ConstraintSet, *, port: bool = True) -> None:
+    """Refuse clouds, which are regions where there is a port, and elements on entities, which nothing measures here."""
     if not isinstance(constraints, ConstraintSet):
         raise InputError(f"constraints: expected a ConstraintSet, got {constraints!r}")
     for c in constraints:
+        if c.is_cloud and not port:
+            raise InputError(
+                f'constraint "{c.name}" is about a cloud, which an admittance without a port does not push off; '
+                "enforce it by a controller of inequalities, or use an Admittance, with a region"
+            )
         if c.is_cloud:
             raise InputError(
                 f'constraint "{c.name}" is about a cloud, whose points the admittance takes as a region: leave it out '
@@ -38,17 +50,6 @@ def check_kinds(constraints: ConstraintSet) -> None:
                 )
 
 
-def check_influence(constraints: ConstraintSet, frames: tuple[str, ...], flat: FlatModel, decided: set[int]) -> None:
-    """Refuse an enforced constraint whose elements no decided joint moves against each other."""
-    for c in constraints:
-        first, second = (movers(flat, frames.index(e.frame)) & decided for e in (c.first, c.second))
-        if c.enforced and first == second:
-            raise InactiveConstraintError(
-                f'constraint "{c.name}" is enforced, but no joint of the group moves its elements, on '
-                f'"{c.first.frame}" and "{c.second.frame}", against each other: put one on another frame, or watch it'
-            )
-
-
 def largest_margin(constraint: Constraint) -> float:
     """The margin at the far end of a distance, where its gradient ends: rad or m; infinite where there is none."""
     pair = constraint.definition
@@ -58,7 +59,7 @@ def largest_margin(constraint: Constraint) -> float:
     return np.pi - constraint.safe_distance if pair.unit == "rad" else np.inf
 
 
-def reaches(constraints: ConstraintSet, parameters: Parameters, sight: float, linear_below: float) -> Array:
+def reaches(constraints: ConstraintSet, parameters: Barrier, sight: float, linear_below: float) -> Array:
     """REACH (c, 3) of `margins`: metres, and for margins in radians the same shares of their range.
 
     The range is d_0, or d_0_angle for radians; at most the largest margin that there can be, so that the potential has

@@ -4,7 +4,8 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from primitives.checks import Array, array
+from admittance.parameters import NEURO8
+from primitives.checks import Array, array, number
 from primitives.errors import InputError
 
 Each = float | tuple[float, ...]
@@ -18,16 +19,25 @@ class JointParameters:
     ----------
     inertia : M, kg m^2 where the joint is revolute, kg where it slides.
     damping : D, N m s/rad and N s/m.
+    k : gain of the barrier potential of constraints, J; 0 for none.
+    d_0, d_0_angle : its range, for margins in metres and in radians.
 
     Raises
     ------
-    InputError : not finite, or not > 0.
+    InputError : not finite, or not > 0; k below 0.
     """
 
     inertia: Each
     damping: Each
+    k: float = NEURO8.k
+    d_0: float = NEURO8.d_0
+    d_0_angle: float = NEURO8.d_0_angle
 
     def __post_init__(self) -> None:
+        for name in ("k", "d_0", "d_0_angle"):
+            what, some = f"{name} of JointParameters", name == "k"
+            value = number(getattr(self, name), what, positive=not some, low=0.0 if some else None)
+            object.__setattr__(self, name, value)
         for name in ("inertia", "damping"):
             value, what = getattr(self, name), f"{name} of JointParameters"
             numbers = array(value, () if np.isscalar(value) else (None,), what)

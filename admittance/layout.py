@@ -5,9 +5,10 @@ from admittance.outcome import Book, Option, Setting, Slot, Touch
 from primitives.active_set import work_rows
 
 
-def shapes(n: int, d: int, R: int, c: int, F: int) -> tuple[dict[Real, tuple[int, ...]], dict[Whole, tuple[int, ...]]]:
-    """Shape of every block for n joints, d of them decided, R regions, c constraints and F frames."""
-    m = d - 2
+def shapes(
+    n: int, d: int, m: int, R: int, c: int, F: int
+) -> tuple[dict[Real, tuple[int, ...]], dict[Whole, tuple[int, ...]]]:
+    """Shape of every block: n joints, d decided, m free coordinates, R regions, c constraints and F frames."""
     real: dict[Real, tuple[int, ...]] = {
         Real.PLACEMENT: (n, 12),
         Real.FRAME_PLACEMENT: (F, 12),
@@ -71,8 +72,8 @@ def shapes(n: int, d: int, R: int, c: int, F: int) -> tuple[dict[Real, tuple[int
         Real.A: (2, d),
         Real.A_PLUS: (d, 2),
         Real.Z_X: (4, 6),
-        Real.G: (d - 6, d),
-        Real.G_LAST: (d - 6, d),
+        Real.G: (max(d - 6, 0), d),
+        Real.G_LAST: (max(d - 6, 0), d),
         Real.Z: (m, d),
         Real.Z_PLUS_T: (m, d),
         Real.Z_WORK: (m, m),

@@ -1,7 +1,7 @@
 """The declared constraints at one configuration: the barrier of `potential` on every margin, whatever its pair.
 
 A margin stands where the clearance of a cloud point does. With J_m (1, d) its derivative by the decided joints, the
-force is -V'(margin) Z J_m^T in all d - 2 free coordinates: what lies beyond the shaft moves margins as well.
+force is -V'(margin) Z J_m^T in all free coordinates: what lies beyond the shaft moves margins as well.
 """
 
 import numpy as np

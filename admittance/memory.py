@@ -15,7 +15,7 @@ class _FromZero(IntEnum):
 
 
 class Real(_FromZero):
-    """Blocks of floats: n joints, d of them decided, m = d - 2 free coordinates, R regions, c constraints, F frames."""
+    """Blocks of floats: n joints, d of them decided, m free coordinates, R regions, c constraints, F frames."""
 
     PLACEMENT = auto()
     FRAME_PLACEMENT = auto()

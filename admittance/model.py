@@ -5,6 +5,8 @@ Full form (22): qddot = Z^T M^-1 (Z J_t^T (F_th + F_r) - D_f v) - Z^T d(Z^+T)/dt
 
 Reduced form: M dv/dt + D_f v = Z J_t^T (F_th + F_r) (27) and qdot = Z^T v - k_c A^+ x_c. It integrates the coordinates
 in which the dynamics are simple, so it needs no derivative of A or Z^+T, and x_c decays at k_c as x_c of (25) does.
+
+Without a port it is the same with Z = I: the free coordinates are the joints, and x_c, A and their terms are zero.
 """
 
 import numpy as np
@@ -75,6 +77,10 @@ def evaluate(
         handle[9 + r] = on[9 + r] + inner(on[3 * r : 3 * r + 3], sensor)
     blocked = evaluate_regions(f, fl, w, wl, points, order, start, index, place, distance, near)
     blocked = measure_margins(f, fl, w, wl, blocked)
+    if not integers(w, wl, Whole.OPTIONS)[Option.PORT]:
+        if not push_off(f, fl, w, wl):
+            return Reason.NOT_FINITE
+        return blocked
 
     port, A_x, Z_x = vector(f, fl, Real.PORT), matrix(f, fl, Real.A_X), matrix(f, fl, Real.Z_X)
     P, G, Z, A = matrix(f, fl, Real.P), matrix(f, fl, Real.G), matrix(f, fl, Real.Z), matrix(f, fl, Real.A)
@@ -140,8 +146,11 @@ def settle(f: Array, fl: np.ndarray, w: np.ndarray, wl: np.ndarray) -> None:
     """What is done once for a configuration that is kept: G is handed on, and the condition of J_t is measured.
 
     SINGULAR (4,) becomes [smallest, largest singular value, condition, bound]; near the limit SINGULAR_ROW (m,) is
-    the derivative by v of the smallest minus the largest over the limit, which the bound is for; else zero.
+    the derivative by v of the smallest minus the largest over the limit, which the bound is for; else zero. Without a
+    port there is neither.
     """
+    if not integers(w, wl, Whole.OPTIONS)[Option.PORT]:
+        return
     matrix(f, fl, Real.G_LAST)[:, :] = matrix(f, fl, Real.G)
     singular, settings = vector(f, fl, Real.SINGULAR), vector(f, fl, Real.SETTINGS)
     gram, vectors = matrix(f, fl, Real.GRAM), matrix(f, fl, Real.EIGEN)
@@ -160,7 +169,10 @@ def settle(f: Array, fl: np.ndarray, w: np.ndarray, wl: np.ndarray) -> None:
 
 @compiled(f"void({MEMORY})")
 def apply_hand(f: Array, fl: np.ndarray, w: np.ndarray, wl: np.ndarray) -> None:
-    """F_th = T_te F_h, the measured wrench moved to the shaft frame's origin, and Z J_t^T F_th = [Z_x F_th; 0]."""
+    """F_th = T_te F_h, the measured wrench moved to the shaft frame's origin, and Z J_t^T F_th = [Z_x F_th; 0].
+
+    Without a port J_t^T F_th.
+    """
     pose, handle, wrench = matrix(f, fl, Real.POSE)[SHAFT], vector(f, fl, Real.HANDLE), vector(f, fl, Real.WRENCH)
     F_th, F_hand = vector(f, fl, Real.F_TH), vector(f, fl, Real.F_HAND)
     a, b, c = handle[9] - pose[9], handle[10] - pose[10], handle[11] - pose[11]
@@ -169,6 +181,9 @@ def apply_hand(f: Array, fl: np.ndarray, w: np.ndarray, wl: np.ndarray) -> None:
     F_th[3] += b * z - c * y
     F_th[4] += c * x - a * z
     F_th[5] += a * y - b * x
+    if not integers(w, wl, Whole.OPTIONS)[Option.PORT]:
+        transform_transposed(matrix(f, fl, Real.J), F_th, F_hand)
+        return
     F_hand[:] = 0.0
     Z_x = matrix(f, fl, Real.Z_X)
     for i in range(4):

@@ -110,6 +110,8 @@ class Option(IntEnum):
     """1 when the rates of the printed form have a cycle before them."""
     EVALUATED = 5
     """Reason why the present configuration allows no motion, 0 where it does."""
+    PORT = 6
+    """1 where a shaft is kept in a port; else the free coordinates are the joints themselves."""
 
 
 class Form(IntEnum):

@@ -35,7 +35,9 @@ BACK = 11
 
 @compiled(f"void({MEMORY})")
 def damp(f: Array, fl: np.ndarray, w: np.ndarray, wl: np.ndarray) -> None:
-    """D at the present velocity and repulsion."""
+    """D at the present velocity and repulsion; without a port it stays what it is."""
+    if not integers(w, wl, Whole.OPTIONS)[Option.PORT]:
+        return
     gains, redundant = matrix(f, fl, Real.DAMPING), vector(f, fl, Real.REDUNDANT)[0]
     fill_damping(gains, redundant, vector(f, fl, Real.V), vector(f, fl, Real.F_RX), vector(f, fl, Real.D))
 

@@ -138,8 +138,19 @@ def _constructor(node: ast.ClassDef, module: str) -> str:
     return f"({', '.join(shown)})"
 
 
-def _members(node: ast.ClassDef) -> Iterator[str]:
-    """Public methods, properties and documented attributes of a class."""
+def _bases(node: ast.ClassDef, module: str) -> Iterator[tuple[ast.ClassDef, str]]:
+    """Classes of the project that a class inherits from, each with the module that defines it."""
+    names = {ast.unparse(b.value if isinstance(b, ast.Subscript) else b) for b in node.bases}
+    for found in ast.parse(_file(module).read_text(encoding="utf-8")).body:
+        if isinstance(found, ast.ImportFrom) and (found.module or "").split(".")[0] in ROOMS:
+            for name in names & {a.name for a in found.names}:
+                base, _ = definition(found.module or "", name)
+                if isinstance(base, ast.ClassDef):
+                    yield base, found.module or ""
+
+
+def _members(node: ast.ClassDef, module: str) -> Iterator[str]:
+    """Public methods, properties and documented attributes of a class, then those of its bases in other modules."""
     body = node.body
     for i, inner in enumerate(body):
         if isinstance(inner, ast.FunctionDef) and not inner.name.startswith("_"):
@@ -160,6 +171,8 @@ def _members(node: ast.ClassDef) -> Iterator[str]:
                 target = inner.targets[0] if isinstance(inner, ast.Assign) else getattr(inner, "target", None)
                 if isinstance(target, ast.Attribute) and (text := _text_below(made.body, i)):
                     yield _directive("py:attribute", target.attr, markdown(text), 4)
+    for base, where in _bases(node, module):
+        yield from _members(base, where)
 
 
 def _directive(kind: str, head: str, body: str, fence: int, option: str = "") -> str:
@@ -175,7 +188,7 @@ def entry(room: str, name: str) -> str:
     if isinstance(node, ast.FunctionDef):
         return _directive("py:function", name + signature(node, drop_first=False), text, 5)
     if isinstance(node, ast.ClassDef):
-        body = "\n\n".join([text, *_members(node)])
+        body = "\n\n".join([text, *_members(node, module)])
         return _directive("py:class", name + _constructor(node, module), body, 5)
     return _directive("py:data", name, text, 5)
 

@@ -1,14 +1,16 @@
-"""A constraint set lowered to arrays, once, for the compiled loops of `primitives.evaluate`."""
+"""A constraint set lowered to arrays, once, for the compiled loops of `primitives.evaluate`; which joints act on it."""
 
+from collections.abc import Iterable
 from typing import NamedTuple
 
 import numpy as np
 
 from primitives.checks import Array, known
-from primitives.constraint import SAFETY_CLASSES, ConstraintSet
+from primitives.constraint import SAFETY_CLASSES, Constraint, ConstraintSet
 from primitives.elements import Element
+from primitives.errors import InactiveConstraintError
 from primitives.intrinsics import address_of
-from primitives.kinematics import world_first
+from primitives.kinematics import FlatModel, world_first
 
 
 class Table(NamedTuple):
@@ -46,6 +48,42 @@ def used_entities(constraints: ConstraintSet) -> tuple[str, ...]:
 
 def _elements(constraints: ConstraintSet) -> list[Element]:
     return [e for c in constraints for e in (c.first, c.second)]
+
+
+def movers(frame: str, frames: tuple[str, ...], flat: FlatModel) -> set[int]:
+    """Joints that move one of the frames of a flat model."""
+    found, joint = set(), int(flat.frame_joint[frames.index(frame)])
+    while joint >= 0:
+        found.add(joint)
+        joint = int(flat.parent[joint])
+    return found
+
+
+def influences(c: Constraint, frames: tuple[str, ...], flat: FlatModel, decided: np.ndarray) -> bool:
+    """Whether a decided joint moves the elements of a constraint against each other."""
+    first, second = (
+        set() if e.entity is not None else movers(e.frame, frames, flat) & set(decided.tolist())
+        for e in (c.first, c.second)
+    )
+    return first != second
+
+
+def check_influence(
+    constraints: Iterable[Constraint], frames: tuple[str, ...], flat: FlatModel, decided: np.ndarray
+) -> None:
+    """Refuse enforced constraints whose elements no decided joint moves against each other: nothing can keep them.
+
+    Raises
+    ------
+    InactiveConstraintError : the first of them.
+    """
+    for c in constraints:
+        if c.enforced and not influences(c, frames, flat, decided):
+            on = " and ".join(f'"{e.entity or e.frame}"' for e in (c.first, c.second))
+            raise InactiveConstraintError(
+                f'constraint "{c.name}" is enforced, but none of the decided joints moves its elements, on {on}, '
+                "against each other: put one on another frame of the arm, or watch it"
+            )
 
 
 def tabulate(constraints: ConstraintSet, frames: tuple[str, ...], entities: tuple[str, ...]) -> Table:

@@ -18,9 +18,8 @@ import numpy as np
 from primitives.checks import Array, array
 from primitives.constraint import ConstraintSet
 from primitives.robot import Robot
-from primitives.table import used_frames
+from primitives.table import check_influence, influences, used_frames
 from vfi.controller import Controller
-from vfi.lowering import check_influence, influences
 from vfi.messages import Command, Layout, Measurement
 
 _SIDE_BY_SIDE = ("qdot", "reference", "pose", "error")
@@ -64,9 +63,7 @@ class SeparateControllers:
         ring: int = 512,
     ):
         frames, decided = used_frames(constraints), robot.group(group)
-        for c in constraints:
-            if c.enforced:
-                check_influence(c, frames, robot.flat(frames), decided)
+        check_influence(constraints, frames, robot.flat(frames), decided)
         self.parts = tuple(make(constraints_of(robot, constraints, arm), i, arm) for i, arm in enumerate(arms))
         """The controllers, in the order of the arms."""
         self.robot, self.constraints, self.cycles = robot, constraints, 0

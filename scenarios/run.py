@@ -59,6 +59,7 @@ def build(
             limit_eta=scene.limit_eta,
             solver=solver,
             guard=guard,
+            latch=None,  # nobody is there to acknowledge, and a run shows what comes after
             ring=ring,
         )
 

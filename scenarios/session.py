@@ -23,7 +23,7 @@ ALL = "all"
 FOLLOWING, BY_HAND, HANDS_ON = "that follow a trajectory", "that follow a trajectory by hand", "led by a hand"
 HEEDED = {
     FOLLOWING: ("solver", "coordination"),
-    BY_HAND: ("enforcement",),
+    BY_HAND: ("enforcement", "integrator"),
     HANDS_ON: ("plant", "enforcement", "metric", "integrator", "form", "organ", "vessels", "unit", "fill_gaps"),
 }
 """Choices that not all kinds of scene heed, by the kind that does."""

@@ -10,7 +10,7 @@ from tests.docs_page import agree
 
 PAGES = sorted((Path(__file__).parent.parent / "docs").glob("*.md"))
 SHOWN = re.compile(r"<!-- python -m docs\.tables (?P<name>\w+) -->\n\n(?P<table>(?:\|.*\n)+)")
-SLOW = ("period", "potential", "push", "metric")
+SLOW = ("period", "potential", "push", "metric", "hand-matrix", "hand-push")
 
 
 def shown() -> dict[str, str]:

@@ -2,6 +2,7 @@ from .backends import Backend as Backend
 from .backends import Solver as Solver
 from .controller import Controller as Controller
 from .forms import Soft as Soft
+from .latch import Latch as Latch
 from .messages import (
     ByName as ByName,
 )
@@ -40,6 +41,7 @@ __all__ = [
     "Controller",
     "FreeReference",
     "Guard",
+    "Latch",
     "Measurement",
     "PoseTask",
     "ProjectionTask",

@@ -9,32 +9,33 @@ from typing import Any
 import numpy as np
 from numpy.typing import ArrayLike
 
-from primitives import conversions
-from primitives.checks import Array, array, known, number
+from primitives.checks import Array, known, number
 from primitives.cloud_table import Spheres
 from primitives.constraint import ConstraintSet
 from primitives.errors import InputError
-from primitives.evaluate import entity_arrays
 from primitives.kinematics import world_first
 from primitives.memory import Memory, addresses
 from primitives.robot import Robot
-from primitives.table import used_frames
+from primitives.table import check_influence, used_frames
 from vfi import cycle as compiled_cycle
 from vfi import recovery
 from vfi.backends import Backend, solvers
 from vfi.cycle import UNREAD
 from vfi.explain import explain
 from vfi.forms import PortForm
-from vfi.lowering import Settings, check_influence, gain_of, lower, one_or_each
+from vfi.inputs import Inputs, ages
+from vfi.latch import LATCH, Keeper, Latch, checked
+from vfi.lowering import Settings, gain_of, lower
 from vfi.memory import Real, Whole
 from vfi.messages import Command, FreeReference, Layout, Measurement, Rows, new_command
-from vfi.outcome import Basis, Form, Guard, Option, Reason, Setting, Slot, State
+from vfi.outcome import Basis, Form, Guard, Option, Reason, Slot, State
 from vfi.qp import QP, SolverStatus
 from vfi.record import Head, columns, width
 from vfi.tasks import ProjectionTask, Task, VelocityTask
 
 EXPIRY_PERIODS = 2.0
 _STATES = tuple(State)
+_HOLD = int(State.HOLD)
 
 
 def _count(value: Any, what: str, low: int) -> int:
@@ -42,18 +43,6 @@ def _count(value: Any, what: str, low: int) -> int:
     if out != int(out):
         raise InputError(f"{what}: expected a whole number, got {out:g}")
     return int(out)
-
-
-def _plain(value: Any) -> Any:
-    return conversions.from_dq(value) if hasattr(value, "vec8") else value
-
-
-def _copy_to(view: Array, value: Any, what: str) -> None:
-    """Copy an input to its place in the memory; raises InputError where its form is wrong."""
-    if type(value) is np.ndarray and value.shape == view.shape and value.dtype == view.dtype:
-        view[:] = value
-    else:
-        view[:] = array(_plain(value), view.shape, what, finite=False)
 
 
 def _check_takes(solver: str, memory: Memory) -> None:
@@ -83,6 +72,8 @@ class Controller:
     reach : up to which margin the points of a cloud get rows, metres; a motion that would bring a farther one nearer
         than that allows is scaled down by the guard.
     forms : how entry ports are kept: {constraint: "rows", "equality" or `Soft`}; see `vfi.forms`.
+    latch : from when on HOLD and FAULT stay until `acknowledge`; None for never, where nobody is there to look.
+    max_age : {"q", "qdot" or entity: seconds}, how old what has a stamp may be; else 1.5 periods, of entities 0.1 s.
     ring : records kept until they are drained.
 
     Raises
@@ -110,6 +101,8 @@ class Controller:
         clouds: Mapping[str, Spheres] | None = None,
         reach: float = 0.02,
         forms: Mapping[str, PortForm] | None = None,
+        latch: Latch | None = LATCH,
+        max_age: Mapping[str, float] | None = None,
         ring: int = 512,
     ):
         known("guard", guard, [g.name.lower() for g in Guard])
@@ -134,11 +127,10 @@ class Controller:
             _check_takes(solver, lowered.memory)
         self.robot, self.constraints, self.task, self.period = robot, constraints, task, float(period)
         self._tips = lowered.tips
-        order = f" of {' and '.join(self._tips)}, one after the other" if len(self._tips) > 1 else ""
-        self._wanted = f"reference{order}"
         self.group, self.solver, self.guard = group, solver, guard
         self.joints = tuple(robot.joints[i] for i in robot.group(group))
         self.entities = lowered.entities
+        self._keeper = Keeper(checked(latch))
         self.columns = columns(lowered.memory)
         """Where each quantity stands in a record of the ring; see `vfi.record.columns`."""
         self.ring: Array = np.zeros((ring, width(lowered.memory)))
@@ -147,23 +139,27 @@ class Controller:
         self._memory = lowered.memory
         self._arguments = lowered.memory.arguments
         real, whole = lowered.memory.real, lowered.memory.whole
-        self._inputs = ("q", real[Real.Q]), ("qdot", real[Real.QDOT])
-        given = Real.METRIC, Real.BASIS, Real.OFFSET
-        self._free = tuple(real[block] for block in given) if isinstance(task, ProjectionTask) else ()
-        self._reference = real[Real.REFERENCE]
+        self._inputs = Inputs(
+            lowered, ages(max_age or {}, self.period, self.entities), isinstance(task, ProjectionTask)
+        )
         self._clock, self._v, self._multiplier = real[Real.CLOCK], real[Real.V], real[Real.MULTIPLIER]
         self._outcome: Any = whole[Whole.OUTCOME]
+        self._options: Any = whole[Whole.OPTIONS]
         self._layout = Layout.of(self.columns, constraints.names)
         self._records, self._length, self._cycle_us = list(self.ring), ring, self.ring[:, int(Head.CYCLE_US)]
         self._expiry = EXPIRY_PERIODS * self.period
-        self._first_entity = lowered.first_entity
-        self._user_rows = user_rows
-        self.qp = QP(*(real[b] for b in (Real.H, Real.G, Real.A, Real.B, Real.LOW, Real.HIGH, Real.TASK, Real.TARGET)))
-        """The program of the last cycle, as views of the controller's memory."""
+        cost, bounds, task_rows = (Real.H, Real.G), (Real.LOW, Real.HIGH), (Real.TASK, Real.TARGET)
+        without_cuts = len(real[Real.B]) - len(whole[Whole.CUT])
+        self.qp = QP(
+            *(real[b] for b in cost),
+            *(real[b][:without_cuts] for b in (Real.A, Real.B)),
+            *(real[b] for b in (*bounds, *task_rows)),
+        )
+        """The program of the last cycle, as views of the controller's memory; without the cuts of `vfi.cuts`."""
         self._backend: Backend | None = entry.bind(self.qp) if entry.bind else None
         self._where = addresses(lowered.memory, self.ring)
         self._read_and_cycle: Any = compiled_cycle.read_and_cycle
-        self._direct = self._backend is None and not self.entities and not user_rows and not self._free
+        self._direct = not (entry.bind or self.entities or user_rows or isinstance(task, ProjectionTask))
         """Whether compiled code reads the inputs itself; not so once they came in a form that it cannot read."""
 
     def step(self, measurement: Measurement, reference: ArrayLike | FreeReference, rows: Rows | None = None) -> Command:
@@ -183,20 +179,53 @@ class Controller:
                 t = measurement.t
                 if type(t) is not float:
                     t = number(t, "t")
-                state = self._read_and_cycle(self._where, t, measurement.q, measurement.qdot, reference, row)
+                if measurement.stamps is None:
+                    state = self._read_and_cycle(self._where, t, measurement.q, measurement.qdot, reference, row)
             except Exception:  # the way below says what is wrong, or can read it
                 state = UNREAD
         if state == UNREAD:
             try:
-                t = self._take_in(measurement, reference, rows)
+                t = self._inputs.take(measurement, reference, rows)
             except Exception as error:
                 return self._refuse(measurement, error)
-            state, self._direct = self._cycle(t, row), False
+            state, self._direct = self._cycle(t, row), self._direct and measurement.stamps is not None
         self.cycles += 1
-        reason = "" if state == 0 else explain(self._memory, self.constraints.names, self.joints)
+        if state >= _HOLD:
+            reason = self._stopped(state, t)
+        else:
+            self._keeper.bad = self._keeper.faulty = 0
+            reason = "" if state == 0 else explain(self._memory, self.constraints.names, self.joints)
         command = new_command((self._records[row].copy(), self._layout, _STATES[state], reason, t + self._expiry))
         self._cycle_us[row] = (perf_counter_ns() - start) * 1e-3
         return command
+
+    @property
+    def latched(self) -> str:
+        """Why HOLD or FAULT stays until `acknowledge`, with its time; empty where it does not."""
+        return self._keeper.reason
+
+    def acknowledge(self) -> None:
+        """Leave a HOLD or FAULT that stays: somebody has looked. The next cycle begins from rest and judges anew."""
+        self._keeper.forget()
+        self._options[Option.STOP] = 0
+
+    def _stopped(self, state: int, t: float, reason: str = "") -> str:
+        """The reason of a cycle in HOLD or FAULT, which may be the one from which on that stays."""
+        keeper, options = self._keeper, self._options
+        why = Reason.MEASUREMENT if reason else self._outcome[Slot.REASON]
+        if why == Reason.LATCHED:
+            keeper.faulty = 0
+            return keeper.reason
+        if options[Option.WHY] == Reason.STALE:
+            options[Option.STOP] = options[Option.WHY] = 0
+        if why == Reason.STALE:
+            reason = self._inputs.stale
+        elif not reason:
+            reason = explain(self._memory, self.constraints.names, self.joints)
+        if keeper.note(state, reason, t):
+            options[Option.STOP], options[Option.WHY] = keeper.state, Reason.LATCHED
+            return keeper.reason
+        return reason
 
     def adjust(
         self,
@@ -235,7 +264,7 @@ class Controller:
             raise InputError(f'constraint "{name}": an equality cannot be switched while running; take rows or Soft')
         if new.enforced and not old.enforced:
             frames = world_first((*used_frames(self.constraints), *self._tips))
-            check_influence(new, frames, self.robot.flat(frames), self.robot.group(self.group))
+            check_influence([new], frames, self.robot.flat(frames), self.robot.group(self.group))
         time = number(over, "over", positive=True)
         real[Real.BLEND][place] = [
             0.0,
@@ -256,50 +285,6 @@ class Controller:
             return int(compiled_cycle.cycle(*self._arguments, t, self.ring, row))
         self._with_backend(self._backend, t, row)
         return int(self._outcome[Slot.STATE])
-
-    def _take_in(self, measurement: Measurement, reference: ArrayLike | FreeReference, rows: Rows | None) -> float:
-        """Copy the inputs to the cycle's memory and return the time; raises InputError where their form is wrong."""
-        t = number(measurement.t, "t")
-        if not self._clock[0] < t:
-            raise InputError(f"t: expected a time after {self._clock[0]} s, got {t}")
-        for (what, view), value in zip(self._inputs, (measurement.q, measurement.qdot), strict=True):
-            _copy_to(view, value, what)
-        if self._free:
-            if not isinstance(reference, FreeReference):
-                raise InputError(f"reference: expected a FreeReference, got {type(reference).__name__}")
-            _copy_to(self._reference, reference.v_ref, "v_ref")
-            for place, what, given in zip(self._free, ("metric", "basis", "offset"), reference[1:], strict=True):
-                _copy_to(place, given, what)
-        else:
-            _copy_to(self._reference, reference, self._wanted)
-        if self.entities:
-            poses, twists = entity_arrays(measurement.entities or {}, self.entities)
-            self._memory.real[Real.POSE][self._first_entity :] = poses
-            self._memory.real[Real.TWIST][self._first_entity :] = twists
-        if self._user_rows or rows is not None:
-            self._take_rows(rows)
-        self._clock[0] = t
-        return t
-
-    def _take_rows(self, rows: Rows | None) -> None:
-        m, d = len(self.constraints), len(self.joints)
-        A, demand = self._memory.real[Real.A], self._memory.real[Real.DEMAND]
-        last = m + self._user_rows
-        A[m:last], demand[m:last] = 0.0, -np.inf
-        if rows is None:
-            return
-        jacobian = array(rows.jacobian, (None, d), "jacobian of rows")
-        k = len(jacobian)
-        if k > self._user_rows:
-            raise InputError(f"got {k} rows, expected at most {self._user_rows}; raise user_rows of the Controller")
-        margin = array(rows.margin, (k,), "margin of rows")
-        eta = number(rows.eta, "eta of rows", positive=True)
-        if eta * self.period > 1.0 + 1e-12:
-            raise InputError(f"eta of rows: expected eta T <= 1, got eta = {eta} 1/s and T = {self.period} s")
-        settings = self._memory.real[Real.SETTINGS]
-        A[m : m + k] = jacobian
-        demanded = np.minimum(-eta * margin, settings[Setting.RECOVERY_LINEAR])
-        demand[m : m + k] = demanded - one_or_each(rows.residual, k, "residual of rows")
 
     def _with_backend(self, backend: Backend, t: float, row: int) -> None:
         """As the compiled cycle, with another solver; where re-solving does not help, the kernel begins anew."""
@@ -347,4 +332,5 @@ class Controller:
         compiled_cycle.finish(*self._arguments, t, self.ring, row)
         self.cycles += 1
         reason = str(error) if isinstance(error, InputError) else f"{type(error).__name__}: {error}"
+        reason = self._stopped(State.FAULT, t, reason)
         return Command(self.ring[row].copy(), self._layout, State.FAULT, reason, t + self._expiry)

@@ -19,6 +19,7 @@ from primitives.verification import all_finite
 from vfi.basis import change_variables, eliminate, relax_in_basis, shorten, solve_in_basis
 from vfi.blend import advance, ease
 from vfi.contacts import fill_contacts, find
+from vfi.cuts import drop_cuts
 from vfi.energy import account
 from vfi.inequality import fill_rows
 from vfi.limits import fill_bounds
@@ -26,7 +27,7 @@ from vfi.memory import Real, Whole
 from vfi.outcome import Basis, Option, Reason, Setting, Slot, State
 from vfi.port import fill_ports
 from vfi.record import note_multipliers, write_record
-from vfi.recovery import conclude, judge
+from vfi.recovery import brake, conclude, judge
 from vfi.relaxation import relax
 from vfi.tasks import PROJECTION, VELOCITY, fill_cost, fill_pose_task, fill_velocity_task, unit_defect
 
@@ -65,6 +66,7 @@ def prepare(f: Array, fl: np.ndarray, w: np.ndarray, wl: np.ndarray) -> int:
     for i in range(outcome.shape[0]):
         outcome[i] = 0
     outcome[Slot.WHERE] = -1
+    drop_cuts(f, fl, w, wl)
     vector(f, fl, Real.SHORTFALL)[0] = 0.0
     q, reference = vector(f, fl, Real.Q), vector(f, fl, Real.REFERENCE)
     pose, twist, given = matrix(f, fl, Real.POSE), matrix(f, fl, Real.TWIST), vector(f, fl, Real.GIVEN)
@@ -182,6 +184,8 @@ def prepare(f: Array, fl: np.ndarray, w: np.ndarray, wl: np.ndarray) -> int:
     copy(demand, b)
     if options[Option.BASIS] != Basis.JOINTS and not in_basis(f, fl, w, wl):
         return conclude(f, fl, w, wl, State.HOLD, Reason.SINGULAR, -1)
+    if options[Option.STOP]:
+        return conclude(f, fl, w, wl, options[Option.STOP], options[Option.WHY], -1)
     enforced = integers(w, wl, Whole.ENFORCED)
     for i in range(margin.shape[0]):
         if enforced[i] and margin[i] < -VIOLATED:
@@ -272,7 +276,9 @@ def optimise(f: Array, fl: np.ndarray, w: np.ndarray, wl: np.ndarray) -> int:
 
 @compiled(f"void({MEMORY}, float64, float64[:,::1], int64)")
 def finish(f: Array, fl: np.ndarray, w: np.ndarray, wl: np.ndarray, t: float, ring: Array, row: int) -> None:
-    """Remember the command for the next cycle and write the record of this one."""
+    """Slow down in HOLD, remember the command for the next cycle and write the record of this one."""
+    if integers(w, wl, Whole.OUTCOME)[Slot.STATE] == State.HOLD:
+        brake(f, fl, w, wl)
     if integers(w, wl, Whole.OPTIONS)[Option.TASK] == PROJECTION:
         account(f, fl, w, wl)
     note_multipliers(f, fl, w, wl)

@@ -9,9 +9,9 @@ import numpy as np
 
 from primitives.checks import Array
 from primitives.compiled import compiled
-from primitives.memory import MEMORY, matrix, vector
-from vfi.memory import Real
-from vfi.outcome import Work
+from primitives.memory import MEMORY, integers, matrix, vector
+from vfi.memory import Real, Whole
+from vfi.outcome import Option, Work
 
 
 @compiled(f"void({MEMORY})")
@@ -27,6 +27,7 @@ def account(f: Array, fl: np.ndarray, w: np.ndarray, wl: np.ndarray) -> None:
     )
     offset, low, high = vector(f, fl, Real.OFFSET), vector(f, fl, Real.LOW), vector(f, fl, Real.HIGH)
     total, still, rows, d = 0.0, True, A.shape[0], offset.shape[0]
+    cut, uncut = integers(w, wl, Whole.CUT), rows - integers(w, wl, Whole.OPTIONS)[Option.CUTS]
     for i in range(len(work)):
         work[i] = 0.0
     for i in range(y.shape[0]):
@@ -39,10 +40,12 @@ def account(f: Array, fl: np.ndarray, w: np.ndarray, wl: np.ndarray) -> None:
         if multiplier[i] > 0.0:
             for j in range(d):
                 work[Work.PORT] -= multiplier[i] * A[i, j] * offset[j]
-            wanted = rate[i] if rate[i] > -np.inf else demand[i]
-            work[Work.MOVING] += multiplier[i] * (demand[i] - wanted)
+            of = i if i < uncut else cut[i - uncut]
+            wanted = rate[of] if rate[of] > -np.inf else demand[of]
+            declared = demand[of] if demand[of] > -np.inf else wanted
+            work[Work.MOVING] += multiplier[i] * (declared - wanted)
             work[Work.RECOVERING] += multiplier[i] * max(wanted, 0.0)
-            work[Work.KEEPING] += multiplier[i] * (min(wanted, 0.0) + b[i] - demand[i])
+            work[Work.KEEPING] += multiplier[i] * (min(wanted, 0.0) + b[i] - declared)
     for j in range(d):
         if multiplier[rows + j] > 0.0:
             work[Work.LIMITS] += multiplier[rows + j] * (low[j] - offset[j])

@@ -33,10 +33,13 @@ def rows_of(memory: Memory) -> int:
 
 
 def label(memory: Memory, names: tuple[str, ...], row: int) -> str:
-    """What people call a row: its constraint, also for the points of a cloud, or "row k" for the user's."""
-    fixed = int(memory.whole[Whole.OPTIONS][Option.FIXED])
-    if row >= fixed:
-        row = int(memory.whole[Whole.CLOUD][memory.whole[Whole.OWNER][row - fixed], 0])
+    """What people call a row: its constraint, also for cuts and the points of a cloud, or "row k" for the user's."""
+    whole = memory.whole
+    fixed, uncut = int(whole[Whole.OPTIONS][Option.FIXED]), rows_of(memory) - int(whole[Whole.OPTIONS][Option.CUTS])
+    if row >= uncut:
+        row = int(whole[Whole.CUT][row - uncut])
+    elif row >= fixed:
+        row = int(whole[Whole.CLOUD][whole[Whole.OWNER][row - fixed], 0])
     return names[row] if row < len(names) else f"row {row - len(names)}"
 
 

@@ -8,18 +8,18 @@ from numpy.typing import ArrayLike
 
 from primitives.checks import Array, array, known, number
 from primitives.cloud_table import Spheres, tabulate_clouds
-from primitives.constraint import Constraint, ConstraintSet
-from primitives.elements import Element
-from primitives.errors import InactiveConstraintError, InputError
-from primitives.kinematics import FlatModel, world_first
+from primitives.constraint import ConstraintSet
+from primitives.errors import InputError
+from primitives.kinematics import world_first
 from primitives.memory import Memory
 from primitives.robot import Robot
-from primitives.table import tabulate, used_entities, used_frames
+from primitives.table import check_influence, movers, tabulate, used_entities, used_frames
 from primitives.verification import TOLERANCE_ANGULAR, TOLERANCE_LINEAR
-from vfi.contacts import set_rows
 from vfi.forms import EQUALITY, ROWS, Soft, form_of_each
 from vfi.memory import Real, Sizes, Whole, lay_out
 from vfi.outcome import Basis, Blend, Form, Guard, Option, Setting
+from vfi.recovery import RESOLVES
+from vfi.rows import set_rows
 from vfi.tasks import POSE, PROJECTION, VELOCITY, PoseTask, ProjectionTask, Task, VelocityTask
 
 
@@ -77,36 +77,6 @@ def gain_of(value: float, what: str, period: float) -> float:
     return gain
 
 
-def _movers(frame: str, frames: tuple[str, ...], flat: FlatModel, decided: np.ndarray) -> set[int]:
-    """The decided joints that move a frame."""
-    found: set[int] = set()
-    joint = int(flat.frame_joint[frames.index(frame)])
-    while joint >= 0:
-        if joint in decided:
-            found.add(joint)
-        joint = int(flat.parent[joint])
-    return found
-
-
-def influences(c: Constraint, frames: tuple[str, ...], flat: FlatModel, decided: np.ndarray) -> bool:
-    """Whether a decided joint moves the elements of a constraint against each other."""
-
-    def movers(element: Element) -> set[int]:
-        return set() if element.entity is not None else _movers(element.frame, frames, flat, decided)
-
-    return movers(c.first) != movers(c.second)
-
-
-def check_influence(c: Constraint, frames: tuple[str, ...], flat: FlatModel, decided: np.ndarray) -> None:
-    """Refuse a constraint whose elements no decided joint moves against each other: it yields no row."""
-    if not influences(c, frames, flat, decided):
-        on = " and ".join(f'"{e.entity or e.frame}"' for e in (c.first, c.second))
-        raise InactiveConstraintError(
-            f'constraint "{c.name}" is enforced, but none of the decided joints moves its elements, on {on}, '
-            "against each other: put one on another frame of the arm, or watch it"
-        )
-
-
 def _pose_tasks(task: Task, robot: Robot) -> list[PoseTask]:
     """The pose tasks of a task; raises InputError where several do not go together."""
     if isinstance(task, PoseTask):
@@ -152,6 +122,7 @@ def _sizes(robot: Robot, d: int, m: int, task: Task, tips: int, settings: Settin
         cells=0,
         largest=0,
         contacts=0,
+        cuts=0,
     )
 
 
@@ -183,7 +154,7 @@ def lower(
     frames = world_first((*used_frames(constraints), *tips))
     entities, decided, flat = used_entities(constraints), robot.group(group), robot.flat(frames)
     for tip in tips:
-        if not _movers(tip, frames, flat, decided):
+        if movers(tip, frames, flat).isdisjoint(decided.tolist()):
             raise InputError(
                 f'task: no joint of the group "{group}" moves the frame "{tip}"; choose a frame of an arm that is '
                 "decided, or another group"
@@ -191,9 +162,7 @@ def lower(
     for name in entities:
         if name in robot.frames:
             raise InputError(f'"{name}" is a frame of the robot and cannot be an entity too')
-    for c in constraints:
-        if c.enforced:
-            check_influence(c, frames, flat, decided)
+    check_influence(constraints, frames, flat, decided)
     forms = form_of_each(constraints, settings.forms)
     table, spheres = tabulate(constraints, frames, entities), tabulate_clouds(constraints, clouds)
     m, always = (
@@ -210,6 +179,7 @@ def lower(
         cells=len(spheres.cells),
         largest=spheres.largest,
         contacts=spheres.total,
+        cuts=0 if settings.second_solver else RESOLVES * sum(c.keep == "inside" for c in constraints),
     )
     memory = lay_out(sizes)
     real, whole = memory.real, memory.whole
@@ -260,6 +230,6 @@ def lower(
         real[Real.WEIGHT][:] = one_or_each(task.weight, len(decided), "weight of VelocityTask")
     else:
         options[Option.TASK] = PROJECTION
-    if len(spheres.at):
+    if sizes.rows > sizes.fixed:
         set_rows(memory.float_layout, memory.integers, memory.integer_layout, sizes.fixed)
     return Lowered(memory, entities, len(frames), tuple(tips))

@@ -118,6 +118,9 @@ class Real(IntEnum):
     NOTED_MULTIPLIER = 95
     """As in the record: those of the points of a cloud as one."""
     NOTED_SLACK = 96
+    JACOBIAN_NEXT = 97
+    ROW_NEXT = 98
+    RESIDUAL_NEXT = 99
 
 
 class Whole(IntEnum):
@@ -149,6 +152,8 @@ class Whole(IntEnum):
     OWNER = 22
     POINT = 23
     FREE_CLASS = 24
+    CUT = 25
+    """Of each cut the constraint that it belongs to; see `vfi.cuts`."""
 
 
 class Sizes(NamedTuple):
@@ -161,6 +166,7 @@ class Sizes(NamedTuple):
     reference, task, tips : numbers of a reference, rows of the task, pose tasks.
     free : variables of the program where it is solved in a basis, else 0. equalities : rows that always hold.
     clouds, points, cells, largest, contacts : as in `primitives.cloud_table.CloudTable`.
+    cuts : the most that there can be; see `vfi.cuts`.
     """
 
     n: int
@@ -179,6 +185,7 @@ class Sizes(NamedTuple):
     cells: int
     largest: int
     contacts: int
+    cuts: int
 
     @property
     def fixed(self) -> int:
@@ -188,7 +195,7 @@ class Sizes(NamedTuple):
     @property
     def rows(self) -> int:
         """The most rows that there can be."""
-        return self.fixed + self.contacts
+        return self.fixed + self.contacts + self.cuts
 
 
 def lay_out(s: Sizes) -> Memory:
@@ -296,6 +303,9 @@ def lay_out(s: Sizes) -> Memory:
         Real.WORK_DONE: (len(Work),),
         Real.NOTED_MULTIPLIER: (s.fixed + 2 * d,),
         Real.NOTED_SLACK: (s.fixed,),
+        Real.JACOBIAN_NEXT: (s.frames, 6, n),
+        Real.ROW_NEXT: (m, n),
+        Real.RESIDUAL_NEXT: (m,),
     }
     whole = {
         Whole.PARENT: (n,),
@@ -323,5 +333,6 @@ def lay_out(s: Sizes) -> Memory:
         Whole.OWNER: (s.contacts,),
         Whole.POINT: (s.contacts,),
         Whole.FREE_CLASS: (solved if free else 0,),
+        Whole.CUT: (s.cuts,),
     }
     return Memory(real, whole)

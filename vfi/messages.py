@@ -22,7 +22,8 @@ class Measurement(NamedTuple):
     wrench : (6,) [force; torque] of the hand as the sensor reads it, N and Nm, world axes, at the sensor; None where
         not measured.
     entities : every moving entity that the constraints refer to, by name.
-    stamps : when each of these was measured, seconds, by name; None where not known.
+    stamps : when "q", "qdot", "wrench" and entities, by their names, were measured, seconds, on the clock of t; None,
+        or without a name, where that is not known.
     """
 
     t: float
@@ -139,6 +140,11 @@ class Command(NamedTuple):
     def qdot(self) -> Array:
         """(d,) velocities of the decided joints, rad/s and m/s; always finite."""
         return self.record[self.layout.qdot]
+
+    @property
+    def valid(self) -> bool:
+        """False in FAULT: qdot is zero because nothing is known, and the robot has to stop by itself."""
+        return self.state < State.FAULT
 
     @property
     def free(self) -> Array:

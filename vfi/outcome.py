@@ -45,6 +45,10 @@ class Reason(IntEnum):
     """A decided joint is outside its range and is being driven back; the place is its index among them."""
     SINGULAR = 14
     """A port that must always be kept cannot be: the rows of all such ports have lost rank."""
+    STALE = 15
+    """Something of the measurement is older than it may be."""
+    LATCHED = 16
+    """HOLD or FAULT stays until it is acknowledged."""
 
 
 class Slot(IntEnum):
@@ -93,6 +97,12 @@ class Option(IntEnum):
     """1 while a constraint is on its way to other numbers."""
     PORTS = 8
     """1 where a constraint has another form than rows."""
+    CUTS = 9
+    """Cuts that the program has got in this cycle."""
+    STOP = 10
+    """The state, HOLD or FAULT, that this cycle has to take whatever its program is; else 0."""
+    WHY = 11
+    """The `Reason` of that."""
 
 
 class Basis(IntEnum):

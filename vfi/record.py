@@ -8,7 +8,7 @@ from primitives.checks import Array
 from primitives.compiled import compiled
 from primitives.memory import MEMORY, Memory, integer_matrix, integers, put, vector
 from vfi.memory import Real, Whole
-from vfi.outcome import Slot
+from vfi.outcome import Option, Slot
 
 
 class Head(IntEnum):
@@ -61,7 +61,7 @@ def width(memory: Memory) -> int:
 
 @compiled(f"void({MEMORY})")
 def note_multipliers(f: Array, fl: np.ndarray, w: np.ndarray, wl: np.ndarray) -> None:
-    """Slacks and multipliers as the record holds them: the points of a cloud count for their constraint."""
+    """Slacks and multipliers as the record holds them: the points of a cloud, and cuts, count for their constraint."""
     multiplier, slack = vector(f, fl, Real.MULTIPLIER), vector(f, fl, Real.SLACK)
     noted, yielded = vector(f, fl, Real.NOTED_MULTIPLIER), vector(f, fl, Real.NOTED_SLACK)
     fixed, rows = yielded.shape[0], slack.shape[0]
@@ -69,10 +69,13 @@ def note_multipliers(f: Array, fl: np.ndarray, w: np.ndarray, wl: np.ndarray) ->
         noted[i] = multiplier[i]
         yielded[i] = slack[i]
     owner, cloud = integers(w, wl, Whole.OWNER), integer_matrix(w, wl, Whole.CLOUD)
-    for i in range(fixed, rows):
+    cut, uncut = integers(w, wl, Whole.CUT), rows - integers(w, wl, Whole.OPTIONS)[Option.CUTS]
+    for i in range(fixed, uncut):
         place = cloud[owner[i - fixed], 0]
         noted[place] += multiplier[i]
         yielded[place] = max(yielded[place], slack[i])
+    for i in range(uncut, rows):
+        noted[cut[i - uncut]] += multiplier[i]
     for i in range(fixed, noted.shape[0]):
         noted[i] = multiplier[rows + i - fixed]
 

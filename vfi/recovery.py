@@ -1,7 +1,7 @@
 """What becomes of an answer: it is verified at the predicted configuration, and recovered from when it fails.
 
-In this order: solve again with the measured defect on the right-hand side, let what may yield do so, halve the
-command, stand still.
+In this order: solve again with the measured defect on the right-hand side or with a cut, let what may yield do so,
+scale the command down, stand still.
 """
 
 import numpy as np
@@ -21,16 +21,19 @@ from primitives.verification import (
     sampled_defects,
     worst_defect,
 )
-from vfi.basis import expand
+from vfi.basis import change_variables, expand
 from vfi.blend import foresee
 from vfi.contacts import predict
+from vfi.cuts import add_cut, calls_for_cut, evaluate_next
 from vfi.memory import Real, Whole
 from vfi.outcome import Basis, Guard, Option, Reason, Setting, Slot, State
 
 RESOLVES = 3
 """How often a program is solved again with the measured defect on its right-hand side, before a second solver is."""
 HALVINGS = 8
-"""How often a command is halved before it is given up."""
+"""How often a command is scaled down before it is given up: to what the failing rows leave of it, then by halves."""
+BELOW = 0.99
+"""Of that share, so that the curvature of the way there does not bring the command to fail once more."""
 
 
 @compiled(f"int64({MEMORY}, int64, int64, int64)")
@@ -116,18 +119,24 @@ def violation(f: Array, fl: np.ndarray, w: np.ndarray, wl: np.ndarray) -> float:
     return max(bounds, worst_defect(defect, tolerance))
 
 
-@compiled("void(float64[::1], int64[:,::1], float64[::1], int64)")
-def raise_demands(f: Array, fl: np.ndarray, v: Array, attempt: int) -> None:
-    """Put the measured defect on the right-hand side of each row that failed, above what the row has at v.
+@compiled(f"void({MEMORY}, float64[::1], int64)")
+def raise_demands(f: Array, fl: np.ndarray, w: np.ndarray, wl: np.ndarray, v: Array, attempt: int) -> None:
+    """Ask more of what failed at v: by a cut, see `vfi.cuts`, or else of its row.
 
-    A row that is not active at v has room to spare, which the defect alone would not use up. A defect that shrinks
-    by the same factor from attempt to attempt (1, 2, ..) adds up to defect / (1 - factor) in the end, which is added
-    at once.
+    The row gets the measured defect on its right-hand side, above what it has at v: a row that is not active at v has
+    room to spare, which the defect alone would not use up. A defect that shrinks by the same factor from attempt to
+    attempt (1, 2, ..) adds up to defect / (1 - factor) in the end, which is added at once.
     """
     A, b, last = matrix(f, fl, Real.A), vector(f, fl, Real.B), vector(f, fl, Real.LAST_DEFECT)
     defect, tolerance = vector(f, fl, Real.DEFECT), vector(f, fl, Real.ROW_TOLERANCE)
+    options, constraints = integers(w, wl, Whole.OPTIONS), fl[Real.ROW, 1]
+    before = options[Option.CUTS]
+    evaluate_next(f, fl, w, wl)
     for i in range(b.shape[0]):
         if defect[i] > tolerance[i]:
+            if i < constraints and calls_for_cut(f, fl, w, wl, v, i):
+                add_cut(f, fl, w, wl, v, i)
+                continue
             value, factor = 0.0, 0.0
             for j in range(v.shape[0]):
                 value += A[i, j] * v[j]
@@ -135,6 +144,8 @@ def raise_demands(f: Array, fl: np.ndarray, v: Array, attempt: int) -> None:
                 factor = defect[i] / last[i]
             b[i] = max(b[i], value) + defect[i] / (1.0 - factor)
         last[i] = defect[i]
+    if options[Option.CUTS] > before and options[Option.BASIS] != Basis.JOINTS:
+        change_variables(f, fl, w, wl)
 
 
 @compiled(f"int64({MEMORY})")
@@ -186,17 +197,49 @@ def note_shortfall(f: Array, fl: np.ndarray, v: Array) -> None:
     vector(f, fl, Real.SHORTFALL)[0] = worst
 
 
-@compiled(f"void({MEMORY})")
-def halve(f: Array, fl: np.ndarray, w: np.ndarray, wl: np.ndarray) -> None:
-    """Halve the command; in a basis what is free of it, so that the way back to the port goes on."""
+@compiled("float64(float64[::1], int64[:,::1])")
+def share_left(f: Array, fl: np.ndarray) -> float:
+    """Share of the command that the margins which fail leave, by a straight line from standing still; else a half.
+
+    Of a margin that is kept inside of something a straight line is a lower bound, so that the share is kept.
+    """
+    defect, rate, slack = vector(f, fl, Real.DEFECT), vector(f, fl, Real.RATE), vector(f, fl, Real.SLACK)
+    tolerance, share = vector(f, fl, Real.ROW_TOLERANCE), 1.0
+    for i in range(defect.shape[0]):
+        wanted = rate[i] - slack[i]
+        if defect[i] > tolerance[i] and -np.inf < wanted <= 0.0:
+            share = min(share, wanted / (wanted - defect[i]))
+    return BELOW * share if share < 1.0 else 0.5
+
+
+@compiled(f"void({MEMORY}, float64)")
+def scale_down(f: Array, fl: np.ndarray, w: np.ndarray, wl: np.ndarray, share: float) -> None:
+    """Leave a share of the command; in a basis of what is free of it, so that the way back to the port goes on."""
     v, free = vector(f, fl, Real.V), vector(f, fl, Real.FREE)
     if integers(w, wl, Whole.OPTIONS)[Option.BASIS] == Basis.JOINTS:
         for j in range(v.shape[0]):
-            v[j] *= 0.5
+            v[j] *= share
         return
     for j in range(free.shape[0]):
-        free[j] *= 0.5
+        free[j] *= share
     expand(f, fl, w, wl)
+
+
+@compiled(f"void({MEMORY})")
+def brake(f: Array, fl: np.ndarray, w: np.ndarray, wl: np.ndarray) -> None:
+    """Come to rest within the acceleration limits, where there are any and verification passes that; else at once.
+
+    In a basis the command is zero at once: slowing down joint by joint would leave the port.
+    """
+    v, last, limits = vector(f, fl, Real.V), vector(f, fl, Real.LAST), matrix(f, fl, Real.LIMITS)
+    if integers(w, wl, Whole.OPTIONS)[Option.BASIS] != Basis.JOINTS or np.min(limits[3]) == np.inf:
+        return
+    period = vector(f, fl, Real.SETTINGS)[Setting.PERIOD]
+    for j in range(v.shape[0]):
+        change = period * limits[3, j]
+        v[j] = max(last[j] - change, 0.0) if last[j] > 0.0 else min(last[j] + change, 0.0)
+    if not violation(f, fl, w, wl) <= 1.0:
+        v[:] = 0.0
 
 
 @compiled(f"int64({MEMORY}, int64)")
@@ -224,7 +267,7 @@ def judge(f: Array, fl: np.ndarray, w: np.ndarray, wl: np.ndarray, solver: int) 
         copy(free, vector(f, fl, Real.FREE_CANDIDATE))
         if outcome[Slot.RESOLVES] < RESOLVES + options[Option.SECOND_SOLVER]:
             outcome[Slot.RESOLVES] += 1
-            raise_demands(f, fl, v, outcome[Slot.RESOLVES])
+            raise_demands(f, fl, w, wl, v, outcome[Slot.RESOLVES])
             return 1
     v[:] = candidate
     copy(vector(f, fl, Real.FREE_CANDIDATE), free)
@@ -233,6 +276,6 @@ def judge(f: Array, fl: np.ndarray, w: np.ndarray, wl: np.ndarray, solver: int) 
         if violation(f, fl, w, wl) <= 1.0 or concede(f, fl, w, wl):
             conclude(f, fl, w, wl, State.DEGRADED, Reason.HALVED if halvings else Reason.SLACK, -1)
             return 0
-        halve(f, fl, w, wl)
+        scale_down(f, fl, w, wl, share_left(f, fl) if halvings == 0 else 0.5)
     conclude(f, fl, w, wl, State.HOLD, Reason.NOT_KEPT, worst_row(f, fl, w, wl))
     return 0

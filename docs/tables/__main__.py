@@ -2,9 +2,36 @@
 
 import sys
 
-from docs.tables import approach, delay, drift, metric, obstacle, period, potential, push
+from docs.tables import (
+    approach,
+    delay,
+    drift,
+    hand_feel,
+    hand_fold,
+    hand_matrix,
+    hand_push,
+    metric,
+    obstacle,
+    period,
+    potential,
+    push,
+)
 
-TABLES = {table.NAME: table for table in (approach, drift, period, delay, obstacle, potential, push, metric)}
+MODULES = (
+    approach,
+    drift,
+    period,
+    delay,
+    obstacle,
+    potential,
+    push,
+    metric,
+    hand_matrix,
+    hand_feel,
+    hand_push,
+    hand_fold,
+)
+TABLES = {table.NAME: table for table in MODULES}
 
 
 def markdown(name: str) -> str:

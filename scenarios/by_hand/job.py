@@ -5,6 +5,7 @@ from pathlib import Path
 from typing import Any
 
 from scenarios.analysis.trace import Trace
+from scenarios.by_hand.enforcement import INTEGRATOR
 from scenarios.by_hand.run import build, run_by_hand
 from scenarios.jobs import Choices, Progress
 from scenarios.scene import Scene
@@ -17,8 +18,9 @@ class ByHandJob:
     scene: Scene
     enforcement: str
     period: float | None
-    guard: str
+    guard: str | None
     seed: int
+    integrator: str
     file: Path | None
 
     @property
@@ -34,6 +36,7 @@ class ByHandJob:
             period=self.period,
             guard=self.guard,
             seed=self.seed,
+            integrator=self.integrator,
             out=self.file,
             progress=progress,
         )
@@ -52,9 +55,9 @@ class ByHandJob:
 
 def by_hand_job(scene: Scene, choices: Choices) -> ByHandJob:
     """The job of a scene as the command line changes it, checked; raises what is wrong with it."""
-    enforcement = choices.enforcement or "vfi"
-    guard = choices.guard or "act"
-    build(scene, enforcement=enforcement, period=choices.period, guard=guard, seed=choices.seed)
+    enforcement, guard = choices.enforcement or "vfi", choices.guard
+    integrator = choices.integrator or INTEGRATOR
+    build(scene, enforcement=enforcement, period=choices.period, guard=guard, seed=choices.seed, integrator=integrator)
     suffix = "" if enforcement == "vfi" else f"-{enforcement}"
     file = choices.out / f"{scene.name}{suffix}.mcap" if choices.out is not None else None
-    return ByHandJob(scene, enforcement, choices.period, guard, choices.seed, file)
+    return ByHandJob(scene, enforcement, choices.period, guard, choices.seed, integrator, file)

@@ -10,7 +10,7 @@ from primitives.checks import known
 from primitives.errors import InputError
 from primitives.files.fields import Numbers, Positive, items, one_of
 from primitives.files.model import FileModel, show
-from primitives.files.quantities import NotNegative, PositiveForce, SomeForce, of
+from primitives.files.quantities import NotNegative, PositiveAngle, PositiveForce, PositiveLength, SomeForce, of
 from primitives.files.unions import IfType
 from scenarios.by_hand.hand import Guide
 
@@ -57,6 +57,9 @@ class _JointParametersModel(FileModel):
     declares = JointParameters
     inertia: _EachField
     damping: _EachField
+    k: NotNegative = JointParameters.k
+    d_0: PositiveLength = JointParameters.d_0
+    d_0_angle: PositiveAngle = JointParameters.d_0_angle
 
 
 def _parameters(value: Any) -> JointParameters:

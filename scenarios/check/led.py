@@ -19,11 +19,12 @@ from scenarios.check.report import RECOVERY, Report
 from scenarios.check.search import Search
 from scenarios.check.space import Port, Space
 from scenarios.check.start import constraints_at_start, joints_at_start
-from scenarios.hands_on.enforcement import ENFORCEMENTS, ETA_T, enforce
+from scenarios.hands_on.enforcement import ETA_T, enforce
 from scenarios.hands_on.parts import Part as Anatomy
 from scenarios.hands_on.parts import build_parts
 from scenarios.hands_on.pull import Pull
 from scenarios.hands_on.scene import HandsOnScene
+from scenarios.joined import ENFORCEMENTS
 
 OFF_PORT = 1e-4
 """Metres by which the shaft may miss the port at the start before that is said."""

@@ -65,7 +65,7 @@ def follow(scene: Scene, space: Space) -> Followed:
     limit_eta = min(scene.limit_eta, 1.0 / period)
     robot, start = space.robot, np.array(scene.start)
     controller = Controller(
-        robot, ConstraintSet(), tasks, period=period, group=scene.group, limit_eta=limit_eta, guard="off"
+        robot, ConstraintSet(), tasks, period=period, group=scene.group, limit_eta=limit_eta, guard="off", latch=None
     )
     on, cycles = [task.frame or robot.tip for task in tasks], max(1, round(scene.duration / period))
     first = [robot.kinematics(start).pose(frame) for frame in on]

@@ -10,121 +10,27 @@ from collections.abc import Mapping
 from dataclasses import replace
 from typing import Any
 
-import numpy as np
-
-from admittance import Admittance, Motion, Proposal
-from admittance.outcome import State as AdmittanceState
-from primitives.checks import Array, known
+from admittance import Admittance, Motion
+from primitives.checks import known
 from primitives.constraint import ConstraintSet
 from primitives.errors import InputError
 from primitives.robot import Robot
 from scenarios.hands_on.parts import Part
 from scenarios.hands_on.scene import HandsOnScene
+from scenarios.joined import ENFORCEMENTS, GUARDS, METRICS, SHARE, Guarded, Measured, Projected, kept_farther
 from vfi.controller import Controller
-from vfi.messages import Command, FreeReference, Measurement
-from vfi.outcome import State
 from vfi.tasks import ProjectionTask, VelocityTask
 
-ENFORCEMENTS = ("none", "admittance", "vfi", "both")
-METRICS = ("free", "joints")
-"""In which the reference is projected: that of the admittance's inertia and damping, or the joints' (not passive)."""
 FORM, INTEGRATOR = "reduced", "semi-implicit"
 """Of the step that the projection belongs to."""
 ETA_T = 0.25
 """eta T of the rows: a period may use up a quarter of a clearance."""
 ROUNDING = 2e-6
 """Metres that "vfi" keeps beyond the spheres: what the rows' linearisation and rounding may cost stays above zero."""
-SHARE = 0.05
-"""What "both" keeps beyond the spheres, as a share of d_0; nearer than that the potential goes on linearly."""
 REACH = 0.005
 """How far beyond d_0 points get a row, metres."""
-ALIKE = 1e-9
-"""Free velocities, m/s and rad/s, nearer than this are the same."""
 
-
-GUARDS = ("off", "watch", "act")
-
-
-class Measured:
-    """An admittance as it is; a controller that enforces nothing measures the margins beside it.
-
-    Parameters
-    ----------
-    controller : of the same joints, with a `VelocityTask` and watched constraints only.
-    """
-
-    def __init__(self, admittance: Admittance, controller: Controller):
-        self._admittance, self.controller = admittance, controller
-        self._still, self._none = np.zeros(admittance.robot.n), np.zeros(len(controller.joints))
-
-    def step(self, t: float, wrench: Array) -> Motion:
-        """One cycle; see `Admittance.step`."""
-        self.controller.step(Measurement(t, self._admittance.q, self._still), self._none)
-        return self._admittance.step(t, wrench)
-
-    intervened = 0.0
-    """1 where the guard changed the last command, or would have."""
-
-
-class Projected:
-    """An admittance whose velocities a controller projects onto the inequalities of its constraints.
-
-    Parameters
-    ----------
-    controller : of the same joints, with a `ProjectionTask`.
-    metric : one of `METRICS`.
-    """
-
-    def __init__(self, admittance: Admittance, controller: Controller, metric: str = "free"):
-        if controller.joints != admittance.joints:
-            raise InputError(
-                f"the controller decides {', '.join(controller.joints)}, the admittance "
-                f"{', '.join(admittance.joints)}; give both the same joint group, in the robot's order"
-            )
-        self._admittance, self.controller = admittance, controller
-        self._joints = metric == "joints"
-        self._still = np.zeros(admittance.robot.n)
-        self.intervened = 0.0
-        """1 where the guard changed the last command, or would have."""
-
-    def step(self, t: float, wrench: Array) -> Motion:
-        """One cycle; see `Admittance.step`. Where no velocity keeps all rows the state is HOLD."""
-        proposal = self._admittance.propose(t, wrench)
-        q = self._admittance.q
-        if proposal.state >= AdmittanceState.HOLD:
-            return self._admittance.accept(np.zeros_like(proposal.v_ref))
-        command = self.controller.step(Measurement(t, q, self._still), self._reference(proposal))
-        return self._decide(proposal, command)
-
-    def _decide(self, proposal: Proposal, command: Command) -> Motion:
-        self.intervened = command.record[self.controller.columns["intervened"]][0]
-        return self._admittance.accept(command.free if command.state < State.HOLD else None)
-
-    def _reference(self, p: Proposal) -> FreeReference:
-        metric = p.basis.T @ p.basis if self._joints else p.metric
-        return FreeReference(p.v_ref, metric, np.ascontiguousarray(p.basis), p.offset)
-
-
-class Guarded(Projected):
-    """An admittance as it is, whose velocities are verified: none may lead beyond a boundary within its period.
-
-    The weakest rows that keep a margin, eta = 1 / T, are solved beside it. Where they ask for another velocity the
-    guard has found something: it counts, and puts theirs in the place of the admittance's where it acts.
-    """
-
-    def __init__(self, admittance: Admittance, controller: Controller, acts: bool):
-        super().__init__(admittance, controller)
-        self._acts = acts
-
-    def _decide(self, proposal: Proposal, command: Command) -> Motion:
-        kept = command.state < State.HOLD and np.abs(command.free - proposal.v_ref).max() <= ALIKE
-        self.intervened = float(not kept)
-        if self._acts and not kept:
-            return self._admittance.accept(command.free if command.state < State.HOLD else None)
-        return self._admittance.accept(proposal.v_ref)
-
-
-Method = Measured | Projected
+Method = Measured[Motion]
 
 
 def enforce(
@@ -161,13 +67,14 @@ def enforce(
     admittance = scene.build(robot, parts, **_changes(enforcement, scene))
     if not by_rows and mode == "off":
         watched = scene.constraints.enforcing([])
-        return admittance, Measured(admittance, _controller(scene, robot, parts, watched, VelocityTask(), "off", 1.0))
+        controller = _controller(scene, robot, parts, watched, VelocityTask(), "off", 1.0)
+        return admittance, Measured(admittance, controller, scene.constraints)
     task = ProjectionTask(len(admittance.joints) - 2)
     if by_rows:
-        controller = _controller(scene, robot, parts, kept_farther(scene, enforcement == "both"), task, mode, ETA_T)
-        return admittance, Projected(admittance, controller, metric)
-    controller = _controller(scene, robot, parts, kept_farther(scene, False), task, "act", 1.0)
-    return admittance, Guarded(admittance, controller, mode == "act")
+        controller = _controller(scene, robot, parts, _kept(scene, enforcement == "both"), task, mode, ETA_T)
+        return admittance, Projected(admittance, controller, scene.constraints, metric)
+    controller = _controller(scene, robot, parts, _kept(scene, False), task, "act", 1.0)
+    return admittance, Guarded(admittance, controller, scene.constraints, mode == "act")
 
 
 def _changes(enforcement: str, scene: HandsOnScene) -> dict[str, Any]:
@@ -205,18 +112,12 @@ def _controller(
         clouds={name: part.cloud for name, part in parts.items()},
         reach=scene.parameters.d_0 + REACH,
         guard=guard,
+        latch=None,
     )
 
 
-def kept_farther(scene: HandsOnScene, share: bool) -> ConstraintSet:
-    """The scene's constraints, each kept a little before it is due: a share of the potential's range, or `ROUNDING`.
-
-    Where potentials act too, a margin of zero is where they are infinite; clouds are kept off for rounding alone.
-    """
-    out = []
-    for c in scene.constraints:
-        range_ = scene.parameters.d_0_angle if c.definition.unit == "rad" else scene.parameters.d_0
-        margin = SHARE * range_ if share else ROUNDING if c.is_cloud else 0.0
-        farther = c.safe_distance + (margin if c.keep == "outside" else -margin)
-        out.append(replace(c, safe_distance=max(farther, 0.0)) if c.enforced else c)
-    return ConstraintSet(out)
+def _kept(scene: HandsOnScene, share: bool) -> ConstraintSet:
+    """The scene's constraints as the rows keep them; clouds are kept off for rounding where no potential acts too."""
+    if share:
+        return kept_farther(scene.constraints, scene.parameters.d_0, scene.parameters.d_0_angle)
+    return kept_farther(scene.constraints, 0.0, 0.0, ROUNDING)

@@ -35,7 +35,6 @@ class Extras:
 
     def __init__(self, first: int, method: Method, robot_n: int, touched: tuple[str, ...], cycles: int):
         self.columns, at, self._method = {}, first, method
-        self._where, self._ring = method.controller.columns, method.controller.ring
         self._ports = np.zeros(len(Work))
         for name, size in (
             ("margin", len(method.controller.constraints)),
@@ -52,9 +51,8 @@ class Extras:
 
     def put(self, k: int, q: Array, hand: Array, forces: Mapping[str, Array]) -> None:
         """Write those of cycle k."""
-        record = self._ring[(self._method.controller.cycles - 1) % len(self._ring)]
-        self._ports += record[self._where["work"]]
-        own = record[self._where["margin"]], [self._method.intervened], self._ports
+        self._ports += self._method.work
+        own = self._method.margin, [self._method.intervened], self._ports
         self.values[k] = np.concatenate([*own, q, hand, *(forces[name] for name in self._touched)])
 
 

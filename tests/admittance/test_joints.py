@@ -91,7 +91,8 @@ def test_it_comes_to_rest_when_the_hand_lets_go():
     for k in range(100, 150):
         motion = a.step(0.004 * k, np.zeros(6))
     assert np.abs(last.qdot).max() > 0.01 and motion.state == State.RUN
-    np.testing.assert_allclose(motion.qdot, last.qdot * (M / (M + 0.004 * D)) ** 50, rtol=1e-12)
+    # Velocities are differences of positions.
+    np.testing.assert_allclose(motion.qdot, last.qdot * (M / (M + 0.004 * D)) ** 50, rtol=1e-12, atol=1e-14)
     assert np.all(np.abs(motion.qdot) <= 0.01 * np.abs(last.qdot))
 
 
@@ -159,16 +160,16 @@ def test_a_projection_in_the_metric_of_the_proposal_is_passive():
     assert excess["own"] <= 1e-12 < 1e-6 < excess["other"]
 
 
-def test_joint_limits_are_kept_and_named():
-    room = np.full(8, 0.01)
-    robot = ROBOT.with_limits(lower=NEURO_Q0 - room, upper=NEURO_Q0 + room, velocity=np.full(8, 0.02))
+@pytest.mark.parametrize(("room", "fastest", "words"), [(0.01, 0.5, "position limits"), (0.2, 0.02, "velocity limits")])
+def test_joint_limits_are_kept_and_named(room, fastest, words):
+    robot = ROBOT.with_limits(lower=NEURO_Q0 - room, upper=NEURO_Q0 + room, velocity=np.full(8, fastest))
     a, reasons = JointAdmittance(robot, NEURO8_JOINTS, start=NEURO_Q0), set()
     for k in range(1500):
         motion = a.step(0.004 * k, [3.0, 2.0, -2.0, 0.1, 0.0, 0.1])
-        assert np.abs(motion.qdot).max() <= 0.02 + 1e-12 and np.abs(motion.q - NEURO_Q0).max() <= 0.01 + 1e-12
+        assert np.abs(motion.qdot).max() <= fastest + 1e-12 and np.abs(motion.q - NEURO_Q0).max() <= room + 1e-12
         reasons.add(motion.reason)
     assert np.abs(motion.q - NEURO_Q0).max() > 0.009
-    assert any("velocity limits" in r for r in reasons) and any("position limits" in r for r in reasons)
+    assert any(words in r for r in reasons)
 
 
 def test_only_the_group_moves():

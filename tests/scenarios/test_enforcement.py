@@ -8,10 +8,11 @@ import pytest
 
 from primitives.errors import UnknownNameError
 from scenarios.analysis.hands_on_metrics import summary
-from scenarios.hands_on.enforcement import ENFORCEMENTS, ROUNDING, SHARE, enforce
+from scenarios.hands_on.enforcement import ROUNDING, enforce
 from scenarios.hands_on.parts import build_parts
 from scenarios.hands_on.push import Push
 from scenarios.hands_on.run import run_hands_on
+from scenarios.joined import ENFORCEMENTS, SHARE
 from scenarios.scene_file import load_any
 
 STEPS = (10.0, 20.0, 30.0)

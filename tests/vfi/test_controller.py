@@ -30,17 +30,23 @@ NAN, INF = float("nan"), float("inf")
 
 
 def paper(**options: Any) -> Controller:
-    return Controller(PAIR, paper_constraints(), PoseTask(), **{"period": T, "group": "moving", **options})
+    return Controller(
+        PAIR, paper_constraints(), PoseTask(), **{"period": T, "group": "moving", "latch": None, **options}
+    )
 
 
 def free(**options: Any) -> Controller:
     """Velocities of the moving arm, no constraint."""
-    return Controller(PAIR, ConstraintSet(), VelocityTask(), **{"period": T, "group": "moving", **options})
+    return Controller(
+        PAIR, ConstraintSet(), VelocityTask(), **{"period": T, "group": "moving", "latch": None, **options}
+    )
 
 
 def with_entity(**options: Any) -> Controller:
     wall = Constraint("wall", TIP, Plane.through([0, 0, 0], [0, 0, 1], entity="table"), "outside", 0.0)
-    return Controller(PAIR, ConstraintSet([wall]), VelocityTask(), **{"period": T, "group": "moving", **options})
+    return Controller(
+        PAIR, ConstraintSet([wall]), VelocityTask(), **{"period": T, "group": "moving", "latch": None, **options}
+    )
 
 
 TABLE = {"table": Entity(pose([0.0, 0.0, -0.1]), np.zeros(6))}

@@ -103,8 +103,8 @@ def test_conflict_in_names(controller):
 def test_slacks_in_names_and_units(controller):
     real: Any = controller._memory.real
     real[Real.V][:] = 0.0
-    real[Real.DEMAND][:] = [0.02, -0.01, 0.005, -np.inf, 0.3, 0.01, -np.inf]
-    real[Real.SLACK][:] = [0.02, 0.0, 0.0, 0.0, 0.3, 0.01, 0.0]
+    real[Real.DEMAND][:7] = [0.02, -0.01, 0.005, -np.inf, 0.3, 0.01, -np.inf]
+    real[Real.SLACK][:7] = [0.02, 0.0, 0.0, 0.0, 0.3, 0.01, 0.0]
     real[Real.DEFECT][:] = -1.0
     expected = {"C1": 0.02, "cone": 0.3, "row 0": 0.01}
     assert slacks(controller._memory, controller.constraints.names) == pytest.approx(expected)

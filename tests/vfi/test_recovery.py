@@ -30,7 +30,8 @@ def c() -> Controller:
 
 
 def real(c: Controller, block: Real) -> Array:
-    return c._memory.real[block]
+    """As many rows of a block as this cycle has."""
+    return c._memory.real[block][: c._memory.float_layout[block, 1]]
 
 
 GRAVE = [
@@ -64,12 +65,13 @@ def test_only_hold_and_fault_command_zero(c, state):
 
 
 def raised(c: Controller, b: Any, v: Any, defect: Any, last: Any, attempt: int) -> Array:
-    """b after raising, for rows A = the first unit vectors."""
+    """b after raising, for rows A = the first unit vectors, all of them of keep-outside."""
+    real(c, Real.SIDE)[:] = 1.0
     real(c, Real.A)[:] = np.eye(8)[:5]
     real(c, Real.B)[:], real(c, Real.DEFECT)[:], real(c, Real.LAST_DEFECT)[:] = b, defect, last
     full = np.zeros(8)
     full[: len(v)] = v
-    raise_demands(*c._arguments[:2], full, attempt)
+    raise_demands(*c._arguments, full, attempt)
     np.testing.assert_array_equal(real(c, Real.LAST_DEFECT), defect)
     return real(c, Real.B).copy()
 
