@@ -76,6 +76,9 @@ def run(
             help="Of scenes with a hand: admittance (potentials; hands-on's default), vfi (inequalities), both, none."
         ),
     ] = None,
+    hand: Annotated[
+        Path | None, typer.Option(help="Another hand than the scene's: a YAML file, or a recorded wrench as CSV.")
+    ] = None,
     metric: Annotated[
         str, typer.Option(help="Of vfi and both: project in the free coordinates, or in the joints' (not passive).")
     ] = "free",
@@ -103,6 +106,7 @@ def run(
             seed=seed,
             robot=robot,
             out=out,
+            hand=hand,
             plant=plant.value,
             enforcement=enforcement,
             metric=metric,

@@ -1,8 +1,8 @@
 """One scene under several enforcements, on several arms, for several seeds: what each did under the same conditions."""
 
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass, replace
-from pathlib import Path
+from itertools import product
 from typing import Any
 
 from primitives.checks import known
@@ -10,17 +10,16 @@ from primitives.errors import InputError
 from scenarios.analysis import kinds
 from scenarios.analysis.comparison_folder import trace_file
 from scenarios.by_hand.job import by_hand_job
-from scenarios.by_hand.run import ENFORCEMENTS as BY_HAND
-from scenarios.hands_on.enforcement import ENFORCEMENTS as HANDS_ON
+from scenarios.hand_file import with_hand
 from scenarios.hands_on.job import HandsOnJob, hands_on_job
 from scenarios.hands_on.scene import HandsOnScene
 from scenarios.jobs import Choices, Job
-from scenarios.run import ENFORCEMENTS as TRAJECTORY
-from scenarios.run import build
+from scenarios.joined import ENFORCEMENTS
+from scenarios.run import ENFORCEMENTS as ALONG
 from scenarios.scene import Scene
 from scenarios.scene_file import load_any
 from scenarios.scenes import scene_names
-from scenarios.session import TrajectoryJob, fit
+from scenarios.session import fit, trajectory_job
 
 TREMOR, TREMOR_ALONG = 0.5, 0.2
 """N rms of the hand's tremor where several seeds are compared and the hand has none: else all runs would be alike. In
@@ -71,16 +70,56 @@ def prepare_comparison(name: str, plan: Plan, choices: Choices) -> list[Job]:
     """
     jobs: list[Job] = []
     for robot in plan.robots:
-        scene, chosen = load_any(name, robot), replace(choices, robot=robot)
-        if isinstance(scene, HandsOnScene):
-            _refuse(scene.name, solver=plan.solvers, coordination=plan.coordinations)
-            jobs += _hands_on(scene, plan, chosen)
-        elif scene.hand is not None:
-            _refuse(scene.name, solver=plan.solvers, coordination=plan.coordinations)
-            jobs += _by_hand(fit(scene, robot), plan, chosen)
-        else:
-            jobs += _trajectory(fit(scene, robot), plan, chosen)
+        scene = load_any(name, robot)
+        kind = _kind(scene)
+        enforcements = _check(plan, scene, kind)
+        if choices.hand is not None:
+            scene = with_hand(scene, choices.hand)
+        if plan.seeds > 1:
+            scene = _trembling(scene)
+        first: Job | None = None
+        for coordination, solver, enforcement, guard in product(
+            plan.coordinations or (None,), plan.solvers or (choices.solver,), enforcements, plan.guards
+        ):
+            variant: dict[str, Any] = {
+                "enforcement": enforcement,
+                "guard": guard,
+                "solver": solver,
+                "coordination": coordination,
+            }
+            job = _job(scene, replace(choices, robot=robot, out=None, **variant), first)
+            first = first or job
+            names = {"kind": kind, "scene": scene.name, "robot": robot or scene.robot, **variant}
+            names |= {"plant": choices.plant} if kind == kinds.HANDS_ON else {}
+            if isinstance(scene, Scene) and scene.arms:
+                names["coordination"] = coordination or scene.coordination
+            for seed in range(choices.seed, choices.seed + plan.seeds):
+                file = None if choices.out is None else choices.out / trace_file({**names, "seed": seed})
+                jobs.append(job.again(seed, file))
     return jobs
+
+
+def _kind(scene: Scene | HandsOnScene) -> str:
+    if isinstance(scene, HandsOnScene):
+        return kinds.HANDS_ON
+    return kinds.TRAJECTORY if scene.hand is None else kinds.BY_HAND
+
+
+def _job(scene: Scene | HandsOnScene, choices: Choices, like: Job | None) -> Job:
+    """The job of a cell, checked; like: one of the same scene, whose anatomy is taken over."""
+    if isinstance(scene, HandsOnScene):
+        return hands_on_job(scene, choices, like if isinstance(like, HandsOnJob) else None)
+    fitting = fit(scene, choices.robot)
+    return trajectory_job(fitting, choices) if scene.hand is None else by_hand_job(fitting, choices)
+
+
+def _trembling(scene: Scene | HandsOnScene) -> Scene | HandsOnScene:
+    """The scene with a hand that trembles."""
+    if isinstance(scene, HandsOnScene):
+        return scene if scene.hand.tremor else scene.with_changes(hand=replace(scene.hand, tremor=TREMOR))
+    if scene.hand is None or scene.hand.tremor:
+        return scene
+    return scene.with_changes(hand=replace(scene.hand, tremor=TREMOR_ALONG))
 
 
 def run_comparison(jobs: Sequence[Job], progress: Callable[[str, float], None] | None = None) -> list[dict[str, Any]]:
@@ -93,86 +132,26 @@ def run_comparison(jobs: Sequence[Job], progress: Callable[[str, float], None] |
     return results
 
 
-def _refuse(scene: str, **given: Sequence[str]) -> None:
-    for what, names in given.items():
-        if names:
-            fit = "scenes that follow a trajectory by themselves" if what == "solver" else "scenes with several arms"
-            raise InputError(f'--{what}: it is for {fit}, and "{scene}" is none; see `vfi list`')
-
-
-def _enforcements(plan: Plan, scene: Scene | HandsOnScene, names: Sequence[str]) -> Sequence[str]:
-    """Those of the plan, all of which this kind of scene must have."""
+def _check(plan: Plan, scene: Scene | HandsOnScene, kind: str) -> Sequence[str]:
+    """Refuse what this kind of scene does not have; the enforcements to compare."""
+    if plan.solvers and kind != kinds.TRAJECTORY:
+        raise InputError(
+            f'--solver: it is for scenes that follow a trajectory by themselves, and "{scene.name}" is none'
+        )
+    if plan.coordinations and not (isinstance(scene, Scene) and scene.arms):
+        raise InputError(f'--coordination: it is for scenes with several arms, and "{scene.name}" is none')
+    if plan.seeds > 1 and kind == kinds.TRAJECTORY:
+        raise InputError(
+            f'--seeds: nothing in "{scene.name}" is random, each run repeats to the bit; leave it out, or compare a '
+            "scene that a hand leads"
+        )
+    names = ALONG if kind == kinds.TRAJECTORY else ENFORCEMENTS
     for name in plan.enforcements:
-        if name not in names and name in kinds.EVERY_ENFORCEMENT:
+        if known("enforcement", name, ENFORCEMENTS) not in names:
             by_hand = f"{scene.name}-hand"
             way = f"take {by_hand}" if by_hand in scene_names() else "give it the keys hand and admittance"
             raise InputError(
                 f'enforcement "{name}": "{scene.name}" has {", ".join(names)}; an admittance yields to a hand, so a '
                 f"hand has to lead the tool: {way}"
             )
-        known("enforcement", name, names)
     return plan.enforcements or names
-
-
-def _file(out: Path | None, seed: int, names: Mapping[str, Any]) -> Path | None:
-    return None if out is None else out / trace_file({**names, "seed": seed})
-
-
-def _hands_on(scene: HandsOnScene, plan: Plan, choices: Choices) -> list[HandsOnJob]:
-    if plan.seeds > 1 and scene.hand.tremor == 0.0:
-        scene = scene.with_changes(hand=replace(scene.hand, tremor=TREMOR))
-    jobs: list[HandsOnJob] = []
-    for enforcement in _enforcements(plan, scene, HANDS_ON):
-        chosen = replace(choices, enforcement=enforcement, guard=None, out=None)
-        job = hands_on_job(scene, chosen, jobs[0] if jobs else None)
-        for guard in plan.guards:
-            guarded = job.with_changes(guard=guard)
-            guarded.check()
-            names = {"kind": kinds.HANDS_ON, "scene": scene.name, "robot": scene.robot, "plant": job.plant}
-            names |= {"enforcement": enforcement, "guard": guard}
-            for seed in range(choices.seed, choices.seed + plan.seeds):
-                jobs.append(guarded.with_changes(seed=seed, file=_file(choices.out, seed, names)))
-    return jobs
-
-
-def _by_hand(scene: Scene, plan: Plan, choices: Choices) -> list[Job]:
-    if plan.seeds > 1 and scene.hand is not None and scene.hand.tremor == 0.0:
-        scene = scene.with_changes(hand=replace(scene.hand, tremor=TREMOR_ALONG))
-    jobs: list[Job] = []
-    for enforcement in _enforcements(plan, scene, BY_HAND):
-        for guard in plan.guards:
-            job = by_hand_job(scene, replace(choices, enforcement=enforcement, guard=guard, out=None))
-            names = {"kind": kinds.BY_HAND, "scene": scene.name, "robot": scene.robot}
-            names |= {"enforcement": enforcement, "guard": guard}
-            for seed in range(choices.seed, choices.seed + plan.seeds):
-                jobs.append(replace(job, seed=seed, file=_file(choices.out, seed, names)))
-    return jobs
-
-
-def _trajectory(scene: Scene, plan: Plan, choices: Choices) -> list[Job]:
-    if plan.seeds > 1:
-        raise InputError(
-            f'--seeds: nothing in "{scene.name}" is random, each run repeats to the bit; leave it out, or compare a '
-            "scene that a hand leads"
-        )
-    if not scene.arms:
-        _refuse(scene.name, coordination=plan.coordinations)
-    jobs: list[Job] = []
-    enforcements = _enforcements(plan, scene, TRAJECTORY)
-    for coordination in plan.coordinations or (scene.coordination,):
-        coordinated = scene.with_changes(coordination=coordination)
-        for solver in plan.solvers or (choices.solver,):
-            for enforcement in enforcements:
-                for guard in plan.guards:
-                    options: dict[str, Any] = {
-                        "solver": solver,
-                        "period": choices.period,
-                        "guard": guard,
-                        "enforcement": enforcement,
-                    }
-                    build(coordinated, **options)
-                    names = {"kind": kinds.TRAJECTORY, "scene": scene.name, "robot": scene.robot, **options}
-                    names["coordination"] = coordination if scene.arms else None
-                    file = _file(choices.out, choices.seed, names)
-                    jobs.append(TrajectoryJob(coordinated, {**options, "seed": choices.seed, "out": file}))
-    return jobs

@@ -3,7 +3,7 @@
 from collections.abc import Callable
 from dataclasses import dataclass
 from pathlib import Path
-from typing import Any, Protocol
+from typing import Any, Protocol, Self
 
 from scenarios.analysis.trace import Trace
 
@@ -21,6 +21,7 @@ class Choices:
     period : T, seconds. seed : of everything random.
     robot : another robot than the scene's. out : folder of traces.
     enforcement : of hands-on scenes and of those that follow a trajectory by hand; None for "admittance" and "vfi".
+    hand : a file with another hand than the scene's, see `scenarios.hand_file`.
     plant, metric, integrator, form : of hands-on scenes. organ, vessels, unit : files in the place of their anatomy.
         fill_gaps : of files of points, instead of refusing them.
     """
@@ -32,6 +33,7 @@ class Choices:
     seed: int = 0
     robot: str | None = None
     out: Path | None = None
+    hand: Path | None = None
     plant: str = "kinematic"
     enforcement: str | None = None
     metric: str = "free"
@@ -57,6 +59,9 @@ class Job(Protocol):
     @property
     def file(self) -> Path | None:
         """Where its trace goes."""
+
+    def again(self, seed: int, file: Path | None) -> Self:
+        """The same run with another seed, to another file."""
 
     def run(self, progress: Progress) -> Trace:
         """Do it."""

@@ -38,7 +38,7 @@ def build(
 ) -> Controller | SeparateControllers:
     """The controller of a scene, or those of its arms.
 
-    enforcement : one of `ENFORCEMENTS`; others see `run`.
+    Arguments see `run`; ring: records kept until they are drained.
 
     Raises
     ------

@@ -4,14 +4,15 @@ import json
 import sys
 from collections.abc import Sequence, Set
 from contextlib import nullcontext
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from pathlib import Path
-from typing import Any
+from typing import Any, Self
 
 from primitives.errors import FileError, InputError, SolverError
 from scenarios.analysis.kept import kept_summary
 from scenarios.analysis.metrics import summary
 from scenarios.analysis.trace import Trace
+from scenarios.hand_file import with_hand
 from scenarios.jobs import Choices, Job, Progress
 from scenarios.robots import robots
 from scenarios.run import build, run
@@ -22,35 +23,47 @@ from vfi.backends import solvers
 ALL = "all"
 FOLLOWING, BY_HAND, HANDS_ON = "that follow a trajectory", "that follow a trajectory by hand", "led by a hand"
 HEEDED = {
-    FOLLOWING: ("solver", "coordination"),
-    BY_HAND: ("enforcement", "integrator"),
-    HANDS_ON: ("plant", "enforcement", "metric", "integrator", "form", "organ", "vessels", "unit", "fill_gaps"),
+    FOLLOWING: ("solver", "coordination", "enforcement"),
+    BY_HAND: ("enforcement", "integrator", "hand"),
+    HANDS_ON: ("plant", "enforcement", "metric", "integrator", "form", "organ", "vessels", "unit", "fill_gaps", "hand"),
 }
 """Choices that not all kinds of scene heed, by the kind that does."""
 
 
 @dataclass(frozen=True)
 class TrajectoryJob:
-    """A run of a scene that follows a trajectory: the arguments of `scenarios.run.run`."""
+    """A run of a scene that follows a trajectory by itself: the arguments of `scenarios.run.run`."""
 
     scene: Scene
-    options: dict[str, Any]
+    solver: str
+    enforcement: str
+    guard: str
+    period: float | None
+    seed: int
+    file: Path | None
 
     @property
     def label(self) -> str:
         """See `Job`."""
         coordination = f" {self.scene.coordination}" if self.scene.arms else ""
-        return f"{self.scene.name} {self.options['enforcement']} {self.options['solver']}{coordination}"
+        return f"{self.scene.name} {self.enforcement} {self.solver}{coordination}"
 
-    @property
-    def file(self) -> Path | None:
+    def again(self, seed: int, file: Path | None) -> Self:
         """See `Job`."""
-        file: Path | None = self.options["out"]
-        return file
+        return replace(self, seed=seed, file=file)
 
     def run(self, progress: Progress) -> Trace:
         """See `Job`."""
-        return run(self.scene, **self.options, progress=progress)
+        return run(
+            self.scene,
+            solver=self.solver,
+            enforcement=self.enforcement,
+            guard=self.guard,
+            period=self.period,
+            seed=self.seed,
+            out=self.file,
+            progress=progress,
+        )
 
     def summary(self, trace: Trace) -> dict[str, Any]:
         """See `Job`."""
@@ -77,35 +90,46 @@ def fit(scene: Scene, robot: str | None) -> Scene:
     return scene.with_changes(robot=robot)
 
 
+def trajectory_job(scene: Scene, choices: Choices) -> TrajectoryJob:
+    """The job of a scene as the command line changes it, with one solver and coordination, checked.
+
+    Raises what is wrong with it.
+    """
+    if choices.coordination is not None:
+        scene = scene.with_changes(coordination=choices.coordination)
+    enforcement, guard = choices.enforcement or "vfi", choices.guard or "act"
+    build(scene, solver=choices.solver, guard=guard, period=choices.period, enforcement=enforcement)
+    return TrajectoryJob(scene, choices.solver, enforcement, guard, choices.period, choices.seed, None)
+
+
 def _trajectory(scene: Scene, choices: Choices) -> list[TrajectoryJob]:
-    jobs, guard = [], choices.guard or "act"
-    coordinated = _coordinated(scene, choices.coordination)
-    for one in coordinated:
+    jobs = []
+    coordinations = _coordinations(choices.coordination)
+    for coordination in coordinations:
         for chosen in solvers.names() if choices.solver == ALL else (choices.solver,):
             try:
-                build(one, solver=chosen, guard=guard, period=choices.period)
+                job = trajectory_job(scene, replace(choices, coordination=coordination, solver=chosen))
             except SolverError as error:
                 if choices.solver != ALL:
                     raise
                 print(f"vfi: left out: {error}", file=sys.stderr)
                 continue
-            suffix = f"-{one.coordination}" if len(coordinated) > 1 else ""
+            suffix = f"-{coordination}" if len(coordinations) > 1 else ""
             suffix += f"-{chosen}" if choices.solver == ALL else ""
             file = choices.out / f"{scene.name}{suffix}.mcap" if choices.out is not None else None
-            options = {"solver": chosen, "period": choices.period, "guard": guard, "enforcement": "vfi"}
-            jobs.append(TrajectoryJob(one, {**options, "seed": choices.seed, "out": file}))
+            jobs.append(job.again(choices.seed, file))
     return jobs
 
 
-def _coordinated(scene: Scene, names: str | None) -> list[Scene]:
-    """The scene, or the scene under each coordination of a list with commas."""
+def _coordinations(names: str | None) -> Sequence[str | None]:
+    """Those of a list with commas; None for the scene's."""
     if names is None:
-        return [scene]
+        return [None]
     listed = names.split(",")
     for name in listed:
         if listed.count(name) > 1:
             raise InputError(f'--coordination: "{name}" was named twice; its trace would be overwritten')
-    return [scene.with_changes(coordination=name) for name in listed]
+    return listed
 
 
 def _kind(scene: object) -> str:
@@ -145,6 +169,8 @@ def prepare(scenes: Sequence[str], choices: Choices) -> list[Job]:
         if names.count(name) > 1:
             raise InputError(f'scene "{name}" was named twice; its trace would be overwritten')
     _check_heeded(choices, {_kind(scene) for scene in loaded})
+    if (file := choices.hand) is not None:
+        loaded = [scene if _kind(scene) == FOLLOWING else with_hand(scene, file) for scene in loaded]
     jobs: list[Job] = []
     for scene in loaded:
         if isinstance(scene, Scene) and scene.hand is not None:

@@ -9,6 +9,7 @@ import numpy as np
 
 from primitives.checks import Array
 from primitives.errors import InputError
+from scenarios.analysis.kinds import BY_HAND
 from scenarios.analysis.trace import Trace
 from scenarios.scene import Scene
 
@@ -144,9 +145,14 @@ def summary_of(trace: Trace) -> dict[str, Any]:
 
     scene = resolved_scene(trace)
     if isinstance(scene, Scene):
-        from scenarios.analysis.metrics import summary
+        from scenarios.analysis.kept import kept_summary
 
-        return summary(trace)
+        if trace.header["kind"] == BY_HAND:
+            from scenarios.by_hand.metrics import summary
+        else:
+            from scenarios.analysis.metrics import summary
+
+        return summary(trace) | kept_summary(trace, scene)
     from scenarios.analysis.hands_on_metrics import summary as hands_on_summary
     from scenarios.hands_on.parts import build_parts
 

@@ -2,5 +2,3 @@
 
 TRAJECTORY, BY_HAND, HANDS_ON = "trajectory", "by-hand", "hands-on"
 """The tool follows a trajectory by itself; a hand leads it along one; a hand leads it through a port."""
-EVERY_ENFORCEMENT = ("none", "admittance", "vfi", "both")
-"""Of any kind of scene."""

@@ -2,8 +2,6 @@
 
 from collections.abc import Sequence
 
-import numpy as np
-
 from primitives.checks import Array
 from scenarios.analysis.curves import TIME, View
 from scenarios.analysis.figures import thin
@@ -39,17 +37,15 @@ TERMS = {
 def ledger_terms(trace: Trace) -> dict[str, Array]:
     """{term: (k,) J since the start}, by the names in `TERMS`."""
     rows, ports = trace.header["ports"], trace["ports"]
-    nothing = np.zeros(len(trace.records))
-    clouds, barrier = (trace[name] if name in trace.columns else nothing for name in ("clouds", "barrier"))
     keeping, recovering, moving = (ports[:, rows.index(name)] for name in ("keeping", "recovering", "moving"))
     return {
         "work of the hand": trace["hand"],
         "damping": -trace["dissipated"],
         "numerical": trace["numerical"],
         "rows that keep": keeping,
-        "recovery and moving regions": recovering + moving + clouds,
+        "recovery and moving regions": recovering + moving + trace["clouds"],
         "limits, port and guard": trace["limited_work"] - keeping - recovering - moving,
-        "potentials in steps": barrier,
+        "potentials in steps": trace["barrier"],
         "stored": trace["storage"],
     }
 

@@ -1,8 +1,8 @@
 """One run by hand, as a job of a session."""
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from pathlib import Path
-from typing import Any
+from typing import Any, Self
 
 from scenarios.analysis.trace import Trace
 from scenarios.by_hand.enforcement import INTEGRATOR
@@ -27,6 +27,10 @@ class ByHandJob:
     def label(self) -> str:
         """See `Job`."""
         return f"{self.scene.name} {self.enforcement}"
+
+    def again(self, seed: int, file: Path | None) -> Self:
+        """See `Job`."""
+        return replace(self, seed=seed, file=file)
 
     def run(self, progress: Progress) -> Trace:
         """See `Job`."""

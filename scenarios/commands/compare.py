@@ -31,6 +31,9 @@ def compare(
         str | None, typer.Option(help="Of several arms, names with commas: central, static, velocity.")
     ] = None,
     seeds: Annotated[int, typer.Option(help="Runs of each, with seeds 0, 1, ..; the hand trembles.")] = 1,
+    hand: Annotated[
+        Path | None, typer.Option(help="Another hand than the scene's: a YAML file, or a recorded wrench as CSV.")
+    ] = None,
     plant: Annotated[
         PlantName, typer.Option(help="Of hands-on scenes: ideal joints, or physics.")
     ] = PlantName.kinematic,
@@ -54,7 +57,7 @@ def compare(
             coordinations=_names(coordination),
             seeds=seeds,
         )
-        jobs = prepare_comparison(scene, plan, Choices(plant=plant.value, out=out))
+        jobs = prepare_comparison(scene, plan, Choices(plant=plant.value, hand=hand, out=out))
         if out is not None:
             make_folder(out)
         with Progress(console=Console(stderr=True), transient=True, disable=not sys.stderr.isatty()) as bar:
@@ -71,6 +74,7 @@ def compare(
                     "solver": solver,
                     "coordination": coordination,
                     "seeds": seeds if seeds > 1 else None,
+                    "hand": hand,
                     "plant": plant.value if plant is not PlantName.kinematic else None,
                     "out": out,
                 }

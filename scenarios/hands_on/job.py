@@ -4,7 +4,7 @@ from collections.abc import Mapping
 from dataclasses import dataclass, replace
 from functools import cached_property
 from pathlib import Path
-from typing import Any
+from typing import Any, Self
 
 import numpy as np
 
@@ -44,9 +44,9 @@ class HandsOnJob:
         """The anatomy, built once."""
         return build_parts(self.scene.anatomy, np.array(self.scene.port))
 
-    def with_changes(self, **changes: Any) -> "HandsOnJob":
-        """The same run in the same anatomy with another seed, guard or file."""
-        other = replace(self, **changes)
+    def again(self, seed: int, file: Path | None) -> Self:
+        """See `Job`; the anatomy is not built again."""
+        other = replace(self, seed=seed, file=file)
         other.__dict__["parts"] = self.parts
         return other
 
