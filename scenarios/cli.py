@@ -59,29 +59,28 @@ def run(
     period: Annotated[float | None, typer.Option(help="Control period in seconds; default: the scene's.")] = None,
     guard: Annotated[
         GuardMode | None,
-        typer.Option(help="act on, only count, or skip what verification finds; default: act where rows enforce"),
+        typer.Option(help="act on, only count, or skip what verification finds; default: the scene's"),
     ] = None,
     coordination: Annotated[
         str | None,
         typer.Option(help="Of several arms, names with commas: central, static, velocity; default: the scene's."),
     ] = None,
-    seed: Annotated[int, typer.Option(help="Seed of everything random.", min=0)] = 0,
+    seed: Annotated[int | None, typer.Option(help="Seed of everything random; default: the scene's.", min=0)] = None,
     robot: Annotated[str | None, typer.Option(help="Another robot than the scene's.")] = None,
-    plant: Annotated[
-        PlantName, typer.Option(help="Of hands-on scenes: ideal joints, or physics.")
-    ] = PlantName.kinematic,
+    plant: Annotated[PlantName | None, typer.Option(help="Ideal joints, or physics; default: the scene's.")] = None,
     enforcement: Annotated[
         str | None,
         typer.Option(
-            help="Of scenes with a hand: admittance (potentials; hands-on's default), vfi (inequalities), both, none."
+            help="vfi (inequalities), none; with a hand also admittance (potentials), both; default: the scene's."
         ),
     ] = None,
     hand: Annotated[
         Path | None, typer.Option(help="Another hand than the scene's: a YAML file, or a recorded wrench as CSV.")
     ] = None,
     metric: Annotated[
-        str, typer.Option(help="Of vfi and both: project in the free coordinates, or in the joints' (not passive).")
-    ] = "free",
+        str | None,
+        typer.Option(help="Of a hand's motion: project in the free coordinates, or in the joints' (not passive)."),
+    ] = None,
     integrator: Annotated[
         str | None, typer.Option(help="Of hands-on scenes: semi-implicit, euler, rk4, robust; default: the scene's.")
     ] = None,
@@ -107,7 +106,7 @@ def run(
             robot=robot,
             out=out,
             hand=hand,
-            plant=plant.value,
+            plant=plant.value if plant is not None else None,
             enforcement=enforcement,
             metric=metric,
             integrator=integrator,

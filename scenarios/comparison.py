@@ -3,6 +3,7 @@
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass, replace
 from itertools import product
+from pathlib import Path
 from typing import Any
 
 from primitives.checks import known
@@ -10,17 +11,18 @@ from primitives.errors import InputError
 from scenarios.analysis import kinds
 from scenarios.analysis.comparison_folder import trace_file
 from scenarios.by_hand.job import by_hand_job
+from scenarios.enforcement import METHODS
 from scenarios.hand_file import with_hand
 from scenarios.hands_on.job import HandsOnJob, hands_on_job
 from scenarios.hands_on.scene import HandsOnScene
 from scenarios.jobs import Choices, Job
-from scenarios.joined import ENFORCEMENTS
-from scenarios.run import ENFORCEMENTS as ALONG
 from scenarios.scene import Scene
 from scenarios.scene_file import load_any
 from scenarios.scenes import scene_names
-from scenarios.session import fit, trajectory_job
+from scenarios.session import TrajectoryJob, fit, trajectory_job
 
+ALONG = ("none", "vfi")
+"""Methods of scenes that follow a trajectory by themselves."""
 TREMOR, TREMOR_ALONG = 0.5, 0.2
 """N rms of the hand's tremor where several seeds are compared and the hand has none: else all runs would be alike. In
 hands-on scenes, and along a trajectory."""
@@ -89,14 +91,20 @@ def prepare_comparison(name: str, plan: Plan, choices: Choices) -> list[Job]:
             }
             job = _job(scene, replace(choices, robot=robot, out=None, **variant), first)
             first = first or job
-            names = {"kind": kind, "scene": scene.name, "robot": robot or scene.robot, **variant}
-            names |= {"plant": choices.plant} if kind == kinds.HANDS_ON else {}
-            if isinstance(scene, Scene) and scene.arms:
-                names["coordination"] = coordination or scene.coordination
-            for seed in range(choices.seed, choices.seed + plan.seeds):
-                file = None if choices.out is None else choices.out / trace_file({**names, "seed": seed})
-                jobs.append(job.again(seed, file))
+            jobs += [_again(job, kind, job.scene.seed + i, choices.out) for i in range(plan.seeds)]
     return jobs
+
+
+def _again(job: Job, kind: str, seed: int, out: Path | None) -> Job:
+    """The same run with another seed, with a file of its own in a folder."""
+    if out is None:
+        return job.again(seed, None)
+    scene = job.scene
+    names = {"kind": kind, "scene": scene.name, "robot": scene.robot, "plant": scene.plant, "seed": seed}
+    names |= {"enforcement": scene.in_force.method, "guard": scene.in_force.guard}
+    if isinstance(job, TrajectoryJob):
+        names |= {"solver": job.solver, "coordination": job.scene.coordination if job.scene.arms else None}
+    return job.again(seed, out / trace_file(names))
 
 
 def _kind(scene: Scene | HandsOnScene) -> str:
@@ -145,9 +153,9 @@ def _check(plan: Plan, scene: Scene | HandsOnScene, kind: str) -> Sequence[str]:
             f'--seeds: nothing in "{scene.name}" is random, each run repeats to the bit; leave it out, or compare a '
             "scene that a hand leads"
         )
-    names = ALONG if kind == kinds.TRAJECTORY else ENFORCEMENTS
+    names = ALONG if kind == kinds.TRAJECTORY else METHODS
     for name in plan.enforcements:
-        if known("enforcement", name, ENFORCEMENTS) not in names:
+        if known("enforcement", name, METHODS) not in names:
             by_hand = f"{scene.name}-hand"
             way = f"take {by_hand}" if by_hand in scene_names() else "give it the keys hand and admittance"
             raise InputError(

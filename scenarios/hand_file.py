@@ -54,7 +54,7 @@ def _at_handle(path: Path, scene: "HandsOnScene") -> "Pull | Push":
         return Push(file=str(path.absolute()), interpolate=True)
     document = read(path)
     model = validate(HandModel, document)
-    if elsewhere := model.elsewhere(scene.parts):
+    if elsewhere := model.elsewhere(scene.anatomy.parts if scene.anatomy is not None else ()):
         refuse([Problem(document.mark(place), place, text) for place, text in elsewhere])
     hand = model.build()
     if isinstance(hand, Push) and hand.file:

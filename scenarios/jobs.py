@@ -6,6 +6,7 @@ from pathlib import Path
 from typing import Any, Protocol, Self
 
 from scenarios.analysis.trace import Trace
+from scenarios.enforcement import S, chosen
 
 Progress = Callable[[float], None] | None
 
@@ -17,12 +18,11 @@ class Choices:
     Attributes
     ----------
     coordination : of scenes with several arms, see `scenarios.coordination`; names with commas: each in turn.
-    solver : of scenes that follow a trajectory. guard : None for "act" where rows enforce the constraints, else "off".
-    period : T, seconds. seed : of everything random.
-    robot : another robot than the scene's. out : folder of traces.
-    enforcement : of hands-on scenes and of those that follow a trajectory by hand; None for "admittance" and "vfi".
+    solver : of scenes that follow a trajectory.
+    enforcement, guard, metric : see `scenarios.enforcement.Enforcement`. plant, seed : see `Scene`.
+    period : T, seconds. robot : another robot than the scene's. out : folder of traces.
     hand : a file with another hand than the scene's, see `scenarios.hand_file`.
-    plant, metric, integrator, form : of hands-on scenes. organ, vessels, unit : files in the place of their anatomy.
+    integrator, form : of hands-on scenes. organ, vessels, unit : files in the place of their anatomy.
         fill_gaps : of files of points, instead of refusing them.
     """
 
@@ -30,13 +30,13 @@ class Choices:
     coordination: str | None = None
     period: float | None = None
     guard: str | None = None
-    seed: int = 0
+    seed: int | None = None
     robot: str | None = None
     out: Path | None = None
     hand: Path | None = None
-    plant: str = "kinematic"
+    plant: str | None = None
     enforcement: str | None = None
-    metric: str = "free"
+    metric: str | None = None
     integrator: str | None = None
     form: str | None = None
     organ: Path | None = None
@@ -44,12 +44,17 @@ class Choices:
     unit: str = "m"
     fill_gaps: bool = False
 
+    def applied_to(self, scene: S) -> S:
+        """The scene with the enforcement, the plant, the seed and the period that are chosen; raises InputError."""
+        how = {name: getattr(self, name) for name in ("enforcement", "guard", "metric", "plant", "seed", "period")}
+        return chosen(scene, **how)
+
 
 class Job(Protocol):
     """One run that has been checked."""
 
     @property
-    def scene(self) -> object:
+    def scene(self) -> Any:
         """What is run."""
 
     @property

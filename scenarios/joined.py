@@ -16,10 +16,6 @@ from vfi.controller import Controller
 from vfi.messages import Command, FreeReference, Measurement
 from vfi.outcome import State, Work
 
-ENFORCEMENTS = ("none", "admittance", "vfi", "both")
-GUARDS = ("off", "watch", "act")
-METRICS = ("free", "joints")
-"""In which the reference is projected: that of the admittance's inertia and damping, or the joints' (not passive)."""
 SHARE = 0.05
 """What rows keep beyond a margin of zero where potentials act too, as a share of the potential's range; nearer than
 that the potential goes on linearly."""
@@ -105,7 +101,7 @@ class Projected(Measured[M]):
     Parameters
     ----------
     controller : of the same joints, with a `ProjectionTask`. declared : see `Measured`.
-    metric : one of `METRICS`.
+    metric : one of `scenarios.enforcement.METRICS`.
     """
 
     def __init__(self, admittance: Yielding[M], controller: Controller, declared: ConstraintSet, metric: str = "free"):

@@ -7,6 +7,7 @@ entry point is the world's origin, z points up.
 from primitives.checks import known
 from primitives.constraint import Constraint, ConstraintSet
 from primitives.elements import Line, Plane, Point
+from scenarios.enforcement import Enforcement
 from scenarios.scene import Scene
 from scenarios.trajectory import PoseTrajectory, Waypoint
 from vfi.tasks import PoseTask
@@ -77,7 +78,6 @@ def scene(name: str) -> Scene:
         reference=REFERENCE,
         period=0.008,
         duration=15.0,
-        eta=0.5,
-        limit_eta=5.0,
+        enforcement=Enforcement(eta=0.5, limit_eta=5.0),
         limits={f"moving/joint{i}": WRIST for i in (7, 8)} if name == "S3-stiff-wrist" else {},
     )

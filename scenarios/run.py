@@ -10,21 +10,22 @@ from typing import Any
 
 import numpy as np
 
-from primitives.checks import known
 from primitives.constraint import ConstraintSet
 from primitives.errors import InputError
+from primitives.robot import Robot
 from scenarios.analysis.kinds import TRAJECTORY
 from scenarios.analysis.recorder import Recorder
 from scenarios.analysis.trace import Trace
+from scenarios.anatomy.parts import Part, build_parts
 from scenarios.coordination import SeparateControllers
-from scenarios.plants.kinematic import KinematicPlant
+from scenarios.enforcement import chosen
+from scenarios.plants import Plant
+from scenarios.plants.build import build_plant
 from scenarios.scene import Scene
 from scenarios.scene_file import dump_scene
 from vfi.controller import Controller
 from vfi.tasks import PoseTask
 
-ENFORCEMENTS = ("none", "vfi")
-"""All constraints are watched; or the inequalities keep those that the scene enforces."""
 _PACKAGES = ("active-constraints", "numpy", "numba", "pin", "highspy")
 
 
@@ -34,41 +35,43 @@ def versions() -> dict[str, str]:
 
 
 def build(
-    scene: Scene, *, solver: str, guard: str, period: float | None, enforcement: str = "vfi", ring: int = 512
+    scene: Scene, *, solver: str, parts: Mapping[str, Part] | None = None, ring: int = 512
 ) -> Controller | SeparateControllers:
     """The controller of a scene, or those of its arms.
 
-    Arguments see `run`; ring: records kept until they are drained.
+    parts : the anatomy, where it has been built already.
 
     Raises
     ------
     InputError, UnknownNameError : the scene does not fit its robot, or a name or number is wrong.
     """
-    known("enforcement", enforcement, ENFORCEMENTS)
-    robot = scene.build_robot()
-    declared = scene.constraints if enforcement == "vfi" else scene.constraints.enforcing([])
+    robot, how = scene.build_robot(), scene.in_force
+    anatomy = build_parts(scene.anatomy) if parts is None else parts
 
     def controller(constraints: ConstraintSet, task: PoseTask | tuple[PoseTask, ...], group: str) -> Controller:
         return Controller(
             robot,
             constraints,
             task,
-            period=scene.period if period is None else period,
+            period=scene.period,
             group=group,
-            eta=scene.eta,
-            limit_eta=scene.limit_eta,
+            eta=how.eta,
+            limit_eta=how.limit_eta,
             solver=solver,
-            guard=guard,
+            guard=how.guard,
+            clouds={name: part.cloud for name, part in anatomy.items()},
+            reach=how.reach,
+            forms=how.forms,
             latch=None,  # nobody is there to acknowledge, and a run shows what comes after
             ring=ring,
         )
 
     if scene.coordination == "central":
-        return controller(declared, scene.task, scene.group)
+        return controller(scene.kept, scene.task, scene.group)
     know = scene.coordination == "velocity"
     return SeparateControllers(
         robot,
-        declared,
+        scene.kept,
         scene.group,
         scene.arms,
         know,
@@ -90,16 +93,18 @@ def no_collection() -> Iterator[None]:
             gc.enable()
 
 
-def header(scene: Scene, controller: Controller | SeparateControllers, seed: int) -> Mapping[str, Any]:
+def header(scene: Scene, controller: Controller | SeparateControllers) -> Mapping[str, Any]:
     """Facts on a run, for its trace."""
     return {
         "kind": TRAJECTORY,
         "scene": scene.name,
         "robot": str(scene.robot),
         "solver": controller.solver,
+        "enforcement": scene.in_force.method,
         "guard": controller.guard,
+        "plant": scene.plant,
         "period_s": controller.period,
-        "seed": seed,
+        "seed": scene.seed,
         "joints": list(controller.robot.joints),
         "decided": list(controller.joints),
         "tasks": [task.frame or controller.robot.tip for task in scene.tasks],
@@ -111,48 +116,61 @@ def header(scene: Scene, controller: Controller | SeparateControllers, seed: int
     }
 
 
+def plant_of(scene: Scene, robot: Robot, parts: Mapping[str, Part]) -> Plant:
+    """The scene's plant at its start; raises as `scenarios.plants.build.build_plant`."""
+    start, decided = np.array(scene.start), robot.group(scene.group)
+    clouds = {name: part.cloud for name, part in parts.items()}
+    return build_plant(scene.plant, scene.robot, start, decided, scene.period, clouds=clouds, seed=scene.seed)
+
+
 def run(
     scene: Scene,
     *,
     solver: str = "active-set",
     period: float | None = None,
-    guard: str = "act",
-    enforcement: str = "vfi",
-    seed: int = 0,
+    enforcement: str | None = None,
+    guard: str | None = None,
+    plant: str | None = None,
+    seed: int | None = None,
     out: Path | None = None,
     progress: Callable[[float], None] | None = None,
+    parts: Mapping[str, Part] | None = None,
 ) -> Trace:
-    """Run a scene on the kinematic plant.
+    """Run a scene that follows a trajectory.
 
     Parameters
     ----------
-    solver, guard : see `vfi.controller.Controller`. enforcement : one of `ENFORCEMENTS`.
-    period : T in seconds, where it differs from the scene's.
-    seed : of everything random; the same seed gives the same commands to the bit.
+    solver : see `vfi.controller.Controller`.
+    period, enforcement, guard, plant, seed : where they differ from the scene's; the same seed gives the same commands
+        to the bit.
     out : file that the trace is written to while the run goes on.
     progress : called about ten times a second with the share that is done.
+    parts : the anatomy, where it has been built already.
 
     Raises
     ------
-    InputError, UnknownNameError : see `build`.
+    InputError, UnknownNameError : see `build` and `scenarios.plants.build.build_plant`.
+    PlantError : the simulation broke down.
     """
-    controller = build(scene, solver=solver, guard=guard, period=period, enforcement=enforcement)
+    scene = chosen(scene, enforcement=enforcement, guard=guard, period=period, plant=plant, seed=seed)
+    anatomy = build_parts(scene.anatomy) if parts is None else parts
+    controller = build(scene, solver=solver, parts=anatomy)
     cycles = round(scene.duration / controller.period)
     if cycles < 1:
         raise InputError(f"period: expected at most the scene's {scene.duration:g} s, got {controller.period:g} s")
     robot, start = controller.robot, np.array(scene.start)
-    plant = KinematicPlant(start, robot.group(scene.group), controller.period, seed=seed)
+    body = plant_of(scene, robot, anatomy)
     kinematics = robot.kinematics(start)
     first = [kinematics.pose(task.frame or robot.tip)[:4] for task in scene.tasks]
     reference = np.hstack(
         [r.sample(turn, controller.period, cycles) for r, turn in zip(scene.references, first, strict=True)]
     )
-    facts = {**header(scene, controller, seed), "enforcement": enforcement}
+    facts = header(scene, controller)
     recorder = Recorder(controller, controller.columns, facts, out, cycles, progress=progress)
     with recorder, no_collection():
-        measurement = plant.reset()
+        measurement = body.reset()
         for k in range(cycles):
             command = controller.step(measurement, reference[k])
             recorder.after_cycle(measurement.t, command.state, command.reason)
-            measurement = plant.step(command)
+            measurement = body.step(command)
     return recorder.trace

@@ -9,16 +9,22 @@ from typing import Any, Self
 from admittance.joint_parameters import JointParameters
 from primitives.checks import array, known, number
 from primitives.constraint import ConstraintSet
+from primitives.elements import Cloud
 from primitives.errors import InputError
 from primitives.robot import Robot
+from scenarios.anatomy.parts import AnatomySource
 from scenarios.by_hand.hand import Guide
+from scenarios.enforcement import OPEN, Enforcement, InForce, check_led_along
 from scenarios.own_robot import OwnRobot, SceneRobot, entry_of
+from scenarios.plants import PLANTS
 from scenarios.trajectory import PoseTrajectory
 from vfi.tasks import PoseTask
 
 MAX_CYCLES = 10_000_000
 NAME = "[A-Za-z0-9][A-Za-z0-9._-]{0,63}"
 """Regular expression of the names of scenes."""
+ETA, LIMIT_ETA, REACH = 0.5, 5.0, 0.02
+"""Where none is given: gains of the inequalities and of the joint limits, 1/s, and how far clouds get rows, metres."""
 COORDINATIONS = ("central", "static", "velocity")
 """How arms that a scene moves together are decided; see `scenarios.coordination`."""
 
@@ -37,6 +43,20 @@ def check_duration(duration: float, period: float) -> float:
     return duration
 
 
+def check_seed(seed: int, scene: str) -> int:
+    """A whole number >= 0; raises InputError."""
+    if number(seed, f"seed of scene {scene}", low=0.0) != int(seed):
+        raise InputError(f"seed of scene {scene}: expected a whole number, got {seed}")
+    return int(seed)
+
+
+def check_clouds(constraints: ConstraintSet, anatomy: AnatomySource | None) -> None:
+    """Refuse constraints on clouds that are no part of the anatomy; raises UnknownNameError."""
+    for c in constraints:
+        if isinstance(c.second, Cloud):
+            known("part of the anatomy", c.second.name, anatomy.parts if anatomy is not None else ())
+
+
 def check_limits(limits: Mapping[str, tuple[float, float]], scene: str) -> None:
     """Ranges of joints, lower < upper; raises InputError."""
     for joint, (lower, upper) in limits.items():
@@ -52,7 +72,7 @@ def with_ranges(robot: Robot, limits: Mapping[str, tuple[float, float]]) -> Robo
 
 @dataclass(frozen=True)
 class Scene:
-    """Everything a run needs but the solver, the guard and the seed.
+    """Everything a run needs but the solver.
 
     Attributes
     ----------
@@ -64,8 +84,8 @@ class Scene:
     task : what the tool does; of several tools a tuple. reference : the way it is led; in the same order.
     arms : joint groups that can be decided each by a controller of its own, one a task; empty where there is none.
     coordination : "central", one program decides all joints; "static" or "velocity", one program an arm.
-    eta : gain of the inequalities, 1/s, one number or {constraint: gain} with "" for the others.
-    limit_eta : gain of the joint-position limits, 1/s.
+    anatomy : clouds of which the constraints may be about, placed from the world's origin; None for none.
+    enforcement : how the constraints are kept. plant : "kinematic" or "mujoco". seed : of everything random.
     period : T, seconds. duration : seconds, at most `MAX_CYCLES` periods.
     limits : {joint: (lower, upper)} where they differ from the robot's.
     hand, admittance : the hand that leads the tool along the reference, and what the tool is like to it; None where
@@ -86,8 +106,10 @@ class Scene:
     reference: PoseTrajectory | tuple[PoseTrajectory, ...]
     period: float
     duration: float
-    eta: float | Mapping[str, float] = 0.5
-    limit_eta: float = 5.0
+    anatomy: AnatomySource | None = None
+    enforcement: Enforcement = OPEN
+    plant: str = PLANTS[0]
+    seed: int = 0
     limits: Mapping[str, tuple[float, float]] = field(default_factory=dict)
     hand: Guide | None = None
     admittance: JointParameters | None = None
@@ -99,19 +121,37 @@ class Scene:
         entry_of(self.robot)
         start = array(self.start, (None,), f"start of scene {self.name}")
         object.__setattr__(self, "start", tuple(start.tolist()))
-        for what in ("period", "duration", "limit_eta"):
+        for what in ("period", "duration"):
             number(getattr(self, what), f"{what} of scene {self.name}", positive=True)
         check_duration(self.duration, self.period)
-        for constraint, gain in self.eta.items() if isinstance(self.eta, Mapping) else [("", self.eta)]:
-            if constraint:
-                known("constraint", constraint, self.constraints.names)
-            number(gain, f"eta of scene {self.name}", positive=True)
         check_limits(self.limits, self.name)
+        check_seed(self.seed, self.name)
+        check_clouds(self.constraints, self.anatomy)
+        self.enforcement.check(self.constraints)
+        check_led_along(self.enforcement, self.hand is not None)
+        known("plant", self.plant, PLANTS)
         if (self.hand is None) != (self.admittance is None):
             raise InputError(f"scene {self.name}: hand and admittance go together, got one of them")
         self._check_tasks()
         if self.hand is not None and len(self.tasks) > 1:
             raise InputError(f"scene {self.name}: expected one task where a hand leads, got {len(self.tasks)}")
+        if self.hand is not None and self.plant != PLANTS[0]:
+            raise InputError(
+                f'plant "{self.plant}" of scene {self.name}: a hand leads along a trajectory on the plant '
+                f'"{PLANTS[0]}" only; leave out the hand, or have it lead through a port, as hands-on scenes do'
+            )
+
+    @property
+    def in_force(self) -> InForce:
+        """The enforcement, with what scenes with a trajectory do by default."""
+        method = self.enforcement.method or "vfi"
+        guard = "off" if method == "admittance" else "act"
+        return self.enforcement.in_force(InForce(method, ETA, LIMIT_ETA, guard, "free", REACH, {}))
+
+    @property
+    def kept(self) -> ConstraintSet:
+        """The constraints as inequalities see them: all watched where the enforcement has no inequalities."""
+        return self.constraints if self.in_force.by_rows else self.constraints.enforcing([])
 
     @property
     def tasks(self) -> tuple[PoseTask, ...]:
@@ -157,7 +197,8 @@ class Scene:
 
     def located(self, folder: Path) -> Self:
         """The scene with whole paths of the files that it names, from a folder where it does not say from where."""
-        return replace(self, robot=self.robot.located(folder)) if isinstance(self.robot, OwnRobot) else self
+        robot = self.robot.located(folder) if isinstance(self.robot, OwnRobot) else self.robot
+        return replace(self, robot=robot, anatomy=self.anatomy.located(folder) if self.anatomy else None)
 
     def with_changes(self, **changes: Any) -> Self:
         """The scene with other values of some attributes."""

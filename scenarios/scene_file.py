@@ -13,6 +13,7 @@ from primitives.files.model import Names, show, validate
 from primitives.files.yaml_file import read, write
 from primitives.flatten import motion_axis
 from primitives.spec import declared_names
+from scenarios.anatomy.parts import KINDS, part_names
 from scenarios.includes import beside, with_sets
 from scenarios.own_robot import OwnRobot, entry_of
 from scenarios.own_robot_file import robot_of
@@ -130,8 +131,6 @@ def _clouds(anatomy: Any) -> tuple[str, ...] | None:
     """Names of the parts of an anatomy, which need not be right; None where it does not say them."""
     if anatomy is None:
         return ()
-    from scenarios.hands_on.parts import KINDS, part_names
-
     if not isinstance(anatomy, dict) or anatomy.get("kind") not in KINDS:
         return None
     return part_names(anatomy["kind"], anatomy.get("organ"), anatomy.get("vessels"))

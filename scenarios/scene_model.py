@@ -1,11 +1,10 @@
 """What a scene file may hold: models of its keys, and a scene as plain data."""
 
-from collections.abc import Mapping
 from typing import Annotated, Any, TypeVar
 
 import numpy as np
 from numpy.typing import ArrayLike
-from pydantic import AfterValidator, Field, PlainValidator, TypeAdapter, ValidationInfo
+from pydantic import AfterValidator, Field, ValidationInfo
 
 from primitives.constraint import ConstraintSet
 from primitives.errors import InputError
@@ -21,12 +20,15 @@ from primitives.files.fields import (
     refers_to,
 )
 from primitives.files.joints import Configuration, Ranges, RangesField
-from primitives.files.model import FileModel, gather, show
+from primitives.files.model import FileModel, gather
 from primitives.files.quantities import Period, Position, Rate, Rotation, Span
-from primitives.files.unions import IfType
 from primitives.spec import Declared, DeclaredField, constraints_data
+from scenarios.anatomy.model import AnatomyModel, anatomy_data
 from scenarios.by_hand.model import GuideModel, JointParametersField, by_hand_data
+from scenarios.enforcement import Enforcement, check_led_along
+from scenarios.enforcement_model import EnforcementField, Seed, enforcement_data
 from scenarios.own_robot_file import RobotField, robot_data
+from scenarios.plants import PLANTS
 from scenarios.scene import COORDINATIONS, NAME, Scene, check_duration, check_name
 from scenarios.trajectory import PoseTrajectory, Waypoint
 from vfi.tasks import PoseTask
@@ -83,17 +85,13 @@ def _duration(value: float, info: ValidationInfo) -> float:
 Duration = Annotated[Span, AfterValidator(_duration)]
 """Not too many of the periods that stand before it."""
 
-_GAIN = TypeAdapter(Rate)
-_GAINS = TypeAdapter(dict[Annotated[str, refers_to("constraint", "")], Rate])
-_Eta = Annotated[dict[str, Rate] | Rate, IfType("object")]
+PlantField = Annotated[str, one_of("plant", lambda: PLANTS)]
 
 
-def _eta(value: Any, info: ValidationInfo) -> float | Mapping[str, float]:
-    if isinstance(value, dict):
-        return _GAINS.validate_python(value, strict=True, context=info.context)
-    if isinstance(value, list | None):
-        raise InputError(f'expected a number, or a number a constraint with "" for the others, got {show(value)}')
-    return _GAIN.validate_python(value, strict=True)
+def _led_along(value: Enforcement, info: ValidationInfo) -> Enforcement:
+    if "hand" in info.data:
+        check_led_along(value, info.data["hand"] is not None)
+    return value
 
 
 def _limits(value: Ranges, info: ValidationInfo) -> Ranges:
@@ -138,11 +136,13 @@ class SceneModel(FileModel):
     coordination: Annotated[str, one_of("coordination", lambda: COORDINATIONS)] = Scene.coordination
     period: Period
     duration: Duration
-    eta: Annotated[float | Mapping[str, float], PlainValidator(_eta, json_schema_input_type=_Eta)] = Scene.eta
-    limit_eta: Rate = Scene.limit_eta
     limits: LimitsField = Field(default_factory=dict)
+    anatomy: AnatomyModel | None = None
     hand: GuideModel | None = None
     admittance: JointParametersField | None = None
+    enforcement: Annotated[EnforcementField, AfterValidator(_led_along)] = Scene.enforcement
+    plant: PlantField = Scene.plant
+    seed: Seed = Scene.seed
 
     def build(self) -> Scene:
         """The scene that the file declares; raises InputError."""
@@ -157,8 +157,10 @@ class SceneModel(FileModel):
             reference=_alone([reference.build() for reference in self.reference]),
             period=self.period,
             duration=self.duration,
-            eta=self.eta,
-            limit_eta=self.limit_eta,
+            anatomy=self.anatomy.build() if self.anatomy is not None else None,
+            enforcement=self.enforcement,
+            plant=self.plant,
+            seed=self.seed,
             limits=self.constraints.limits | self.limits,
             hand=self.hand.build() if self.hand is not None else None,
             admittance=self.admittance,
@@ -169,7 +171,6 @@ class SceneModel(FileModel):
 
 def scene_data(scene: Scene) -> dict[str, Any]:
     """The scene as plain data, from which `SceneModel` builds an equal one; raises InputError."""
-    eta = scene.eta
     return {
         "name": scene.name,
         "summary": check_text(scene.summary),
@@ -185,8 +186,10 @@ def scene_data(scene: Scene) -> dict[str, Any]:
         ),
         "period": float(scene.period),
         "duration": float(scene.duration),
-        "eta": {name: float(gain) for name, gain in eta.items()} if isinstance(eta, Mapping) else float(eta),
-        "limit_eta": float(scene.limit_eta),
+        **anatomy_data(scene.anatomy),
+        **enforcement_data(scene.enforcement),
+        "plant": scene.plant,
+        "seed": scene.seed,
         "limits": {joint: _floats(limit) for joint, limit in scene.limits.items()},
         **(by_hand_data(scene.hand, scene.admittance) if scene.hand and scene.admittance else {}),
         **({"arms": [check_text(arm) for arm in scene.arms], "coordination": scene.coordination} if scene.arms else {}),

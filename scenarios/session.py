@@ -2,9 +2,10 @@
 
 import json
 import sys
-from collections.abc import Sequence, Set
+from collections.abc import Mapping, Sequence, Set
 from contextlib import nullcontext
 from dataclasses import dataclass, replace
+from functools import cached_property
 from pathlib import Path
 from typing import Any, Self
 
@@ -12,10 +13,11 @@ from primitives.errors import FileError, InputError, SolverError
 from scenarios.analysis.kept import kept_summary
 from scenarios.analysis.metrics import summary
 from scenarios.analysis.trace import Trace
+from scenarios.anatomy.parts import Part, build_parts
 from scenarios.hand_file import with_hand
 from scenarios.jobs import Choices, Job, Progress
 from scenarios.robots import robots
-from scenarios.run import build, run
+from scenarios.run import build, plant_of, run
 from scenarios.scene import Scene
 from scenarios.scene_file import load_any
 from vfi.backends import solvers
@@ -23,8 +25,8 @@ from vfi.backends import solvers
 ALL = "all"
 FOLLOWING, BY_HAND, HANDS_ON = "that follow a trajectory", "that follow a trajectory by hand", "led by a hand"
 HEEDED = {
-    FOLLOWING: ("solver", "coordination", "enforcement"),
-    BY_HAND: ("enforcement", "integrator", "hand"),
+    FOLLOWING: ("solver", "coordination", "plant", "enforcement"),
+    BY_HAND: ("enforcement", "metric", "integrator", "hand"),
     HANDS_ON: ("plant", "enforcement", "metric", "integrator", "form", "organ", "vessels", "unit", "fill_gaps", "hand"),
 }
 """Choices that not all kinds of scene heed, by the kind that does."""
@@ -32,42 +34,41 @@ HEEDED = {
 
 @dataclass(frozen=True)
 class TrajectoryJob:
-    """A run of a scene that follows a trajectory by itself: the arguments of `scenarios.run.run`."""
+    """A run of a scene that follows a trajectory by itself."""
 
     scene: Scene
     solver: str
-    enforcement: str
-    guard: str
-    period: float | None
-    seed: int
     file: Path | None
 
     @property
     def label(self) -> str:
         """See `Job`."""
         coordination = f" {self.scene.coordination}" if self.scene.arms else ""
-        return f"{self.scene.name} {self.enforcement} {self.solver}{coordination}"
+        return f"{self.scene.name} {self.scene.in_force.method} {self.solver}{coordination}"
+
+    @cached_property
+    def parts(self) -> Mapping[str, Part]:
+        """The anatomy, built once."""
+        return build_parts(self.scene.anatomy)
 
     def again(self, seed: int, file: Path | None) -> Self:
         """See `Job`."""
-        return replace(self, seed=seed, file=file)
+        other = replace(self, scene=self.scene.with_changes(seed=seed), file=file)
+        other.__dict__["parts"] = self.parts
+        return other
+
+    def check(self) -> None:
+        """Build everything that the run will need; raises where something does not fit."""
+        robot = build(self.scene, solver=self.solver, parts=self.parts).robot
+        plant_of(self.scene, robot, self.parts)
 
     def run(self, progress: Progress) -> Trace:
         """See `Job`."""
-        return run(
-            self.scene,
-            solver=self.solver,
-            enforcement=self.enforcement,
-            guard=self.guard,
-            period=self.period,
-            seed=self.seed,
-            out=self.file,
-            progress=progress,
-        )
+        return run(self.scene, solver=self.solver, out=self.file, progress=progress, parts=self.parts)
 
     def summary(self, trace: Trace) -> dict[str, Any]:
         """See `Job`."""
-        return summary(trace) | kept_summary(trace, self.scene)
+        return summary(trace) | kept_summary(trace, self.scene, self.parts)
 
     def draw(self, trace: Trace, folder: Path) -> list[Path]:
         """Nothing alone: the figures of the VFI paper show several runs together."""
@@ -91,45 +92,45 @@ def fit(scene: Scene, robot: str | None) -> Scene:
 
 
 def trajectory_job(scene: Scene, choices: Choices) -> TrajectoryJob:
-    """The job of a scene as the command line changes it, with one solver and coordination, checked.
+    """The job of a scene as the command line changes it, with one solver and coordination, checked; without a file.
 
     Raises what is wrong with it.
     """
-    if choices.coordination is not None:
-        scene = scene.with_changes(coordination=choices.coordination)
-    enforcement, guard = choices.enforcement or "vfi", choices.guard or "act"
-    build(scene, solver=choices.solver, guard=guard, period=choices.period, enforcement=enforcement)
-    return TrajectoryJob(scene, choices.solver, enforcement, guard, choices.period, choices.seed, None)
+    (coordinated,) = _coordinated(choices.applied_to(scene), choices.coordination)
+    job = TrajectoryJob(coordinated, choices.solver, None)
+    job.check()
+    return job
 
 
 def _trajectory(scene: Scene, choices: Choices) -> list[TrajectoryJob]:
     jobs = []
-    coordinations = _coordinations(choices.coordination)
-    for coordination in coordinations:
+    coordinated = _coordinated(scene, choices.coordination)
+    for one in coordinated:
         for chosen in solvers.names() if choices.solver == ALL else (choices.solver,):
+            suffix = f"-{one.coordination}" if len(coordinated) > 1 else ""
+            suffix += f"-{choices.enforcement}" if choices.enforcement not in (None, "vfi") else ""
+            suffix += f"-{chosen}" if choices.solver == ALL else ""
+            file = choices.out / f"{scene.name}{suffix}.mcap" if choices.out is not None else None
             try:
-                job = trajectory_job(scene, replace(choices, coordination=coordination, solver=chosen))
+                job = trajectory_job(one, replace(choices, solver=chosen, coordination=None))
             except SolverError as error:
                 if choices.solver != ALL:
                     raise
                 print(f"vfi: left out: {error}", file=sys.stderr)
                 continue
-            suffix = f"-{coordination}" if len(coordinations) > 1 else ""
-            suffix += f"-{chosen}" if choices.solver == ALL else ""
-            file = choices.out / f"{scene.name}{suffix}.mcap" if choices.out is not None else None
-            jobs.append(job.again(choices.seed, file))
+            jobs.append(replace(job, file=file))
     return jobs
 
 
-def _coordinations(names: str | None) -> Sequence[str | None]:
-    """Those of a list with commas; None for the scene's."""
+def _coordinated(scene: Scene, names: str | None) -> list[Scene]:
+    """The scene, or the scene under each coordination of a list with commas."""
     if names is None:
-        return [None]
+        return [scene]
     listed = names.split(",")
     for name in listed:
         if listed.count(name) > 1:
             raise InputError(f'--coordination: "{name}" was named twice; its trace would be overwritten')
-    return listed
+    return [scene.with_changes(coordination=name) for name in listed]
 
 
 def _kind(scene: object) -> str:

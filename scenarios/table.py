@@ -35,10 +35,11 @@ def console_for_tables() -> Console:
 def print_results(results: Sequence[dict[str, Any]], files: Sequence[Path] = ()) -> None:
     """Print what came of runs, a table for each kind of scene, and the files that were written."""
     console = console_for_tables()
-    led = [r for r in results if "plant" in r]
+    led = [r for r in results if "integrator" in r]
     by_hand = [r for r in results if r not in led and "hand_work_J" in r]
     if followed := [r for r in results if r not in led and r not in by_hand]:
-        _print_margins(followed, console, ", ".join(dict.fromkeys(r["solver"] for r in followed)))
+        how = [", ".join(dict.fromkeys(str(r[key]) for r in followed)) for key in ("solver", "enforcement")]
+        _print_margins(followed, console, how[0] if how[1] == "vfi" else f"{how[0]}, enforcement {how[1]}")
     if by_hand:
         _print_margins(by_hand, console, f"by hand, {by_hand[0]['enforcement']}")
         print_hand(by_hand, console)

@@ -10,6 +10,7 @@ from primitives.evaluate import evaluate
 from scenarios.analysis.between import PARTS, margins_at
 from scenarios.by_hand.enforcement import INTEGRATOR, enforce
 from scenarios.by_hand.hand import Guide, GuidingHand
+from scenarios.enforcement import chosen
 from scenarios.scene_file import load_scene
 
 SCENE = load_scene("S5-hand")
@@ -27,7 +28,7 @@ class Led(NamedTuple):
 
 def towards(constraint: str) -> Array:
     """(3,) the direction in which a force at the tip at the start moves it fastest against a constraint."""
-    admittance, _ = enforce(SCENE, SCENE.admittance, "none", period=None, guard=None)
+    admittance, _ = enforce(chosen(SCENE, enforcement="none"), SCENE.admittance, {})
     at, d = evaluate(admittance.robot, SCENE.constraints, admittance.q), len(admittance.joints)
     row = at.jacobian[at.names.index(constraint)][:d]
     J = admittance.kinematics.jacobian(admittance.frame)[:3, :d]
@@ -48,9 +49,8 @@ def lead(
     integrator: str = INTEGRATOR,
 ) -> Led:
     """The hand wants the tip `farthest` metres away in a direction (3,), at once or at a speed, m/s."""
-    admittance, method = enforce(
-        SCENE, SCENE.admittance, enforcement, period=period, guard=guard, integrator=integrator
-    )
+    scene = chosen(SCENE, enforcement=enforcement, period=period, guard=guard)
+    admittance, method = enforce(scene, SCENE.admittance, {}, integrator)
     frame, cycles = admittance.frame, round(seconds / period)
     start = admittance.kinematics.pose(frame)
     turned, at = np.ascontiguousarray(start[:4]), dq.translation(start)

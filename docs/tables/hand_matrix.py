@@ -30,7 +30,7 @@ def rows() -> list[tuple[str, ...]]:
         scene = load_scene(name)
         for enforcement in ENFORCEMENTS:
             trace = run_by_hand(scene, enforcement=enforcement)
-            found, between = summary(trace), clearance_between(trace, scene)["min_margin_between_m"]
+            found, between = summary(trace), clearance_between(trace, scene, {})["min_margin_between_m"]
             smallest = {c: min(m, between[c]) for c, m in found["min_margin_m"].items()}
             cells = [f"**{m * 1e3:.2f}**" if m < 0.0 else f"{m * 1e3:.2f}" for m in smallest.values()]
             excess = found["passivity_excess_J"]

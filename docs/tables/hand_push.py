@@ -18,7 +18,7 @@ HEAD = ("at", "$T$", "force", "`admittance`", "guard act", "`robust`", "`vfi`", 
 
 
 def rows() -> list[tuple[str, ...]]:
-    """Smallest margin of all constraints, mm, at and between cycles; bold below zero; excess in mJ behind it."""
+    """Smallest margin of all constraints, mm, at and between cycles; bold below zero; excess in J behind it."""
     out = []
     for name in SCENE.constraints.names:
         direction = towards(name)
@@ -30,6 +30,6 @@ def rows() -> list[tuple[str, ...]]:
                     smallest = found.margin.min()
                     text = millimetres(smallest, 3)
                     text = f"**{text}**" if smallest < -1e-8 else text
-                    cells.append(text + (f" ({found.excess * 1e3:.1f})" if found.excess >= 5e-5 else ""))
+                    cells.append(text + (f" ({found.excess:.1g})" if found.excess >= 1e-4 else ""))
                 out.append((name, f"{period * 1e3:g} ms", f"{newtons:g} N", *cells))
     return out

@@ -5,7 +5,7 @@ from dataclasses import replace
 import numpy as np
 
 from scenarios.analysis.hands_on_metrics import summary
-from scenarios.hands_on.parts import build_parts
+from scenarios.anatomy.parts import build_parts
 from scenarios.hands_on.push import Push
 from scenarios.hands_on.run import run_hands_on
 from scenarios.scene_file import load_any

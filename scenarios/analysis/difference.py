@@ -141,6 +141,7 @@ def _apart(a: Trace, b: Trace, pairs: Mapping[str, tuple[Array, Array]]) -> dict
 
 def summary_of(trace: Trace) -> dict[str, Any]:
     """The figures of merit of a trace, whatever kind of scene it comes from."""
+    from scenarios.anatomy.parts import build_parts
     from scenarios.resolved import resolved_scene
 
     scene = resolved_scene(trace)
@@ -152,11 +153,10 @@ def summary_of(trace: Trace) -> dict[str, Any]:
         else:
             from scenarios.analysis.metrics import summary
 
-        return summary(trace) | kept_summary(trace, scene)
+        return summary(trace) | kept_summary(trace, scene, build_parts(scene.anatomy))
     from scenarios.analysis.hands_on_metrics import summary as hands_on_summary
-    from scenarios.hands_on.parts import build_parts
 
-    return hands_on_summary(trace, scene, build_parts(scene.anatomy, np.array(scene.port)))
+    return hands_on_summary(trace, scene, build_parts(scene.anatomy, scene.port))
 
 
 def _metrics(a: Trace, b: Trace) -> dict[str, tuple[Any, Any]]:

@@ -11,7 +11,7 @@ from scenarios.analysis.curves import POINTS, TIME, curves
 from scenarios.analysis.hands_on_view import RunView
 from scenarios.analysis.ledger_chart import ledger
 from scenarios.analysis.picture import Chart, Dots, Level, Line, Panel, Picture, Space
-from scenarios.hands_on.parts import Part
+from scenarios.anatomy.parts import Part
 from scenarios.hands_on.scene import HandsOnScene
 
 CLOUD_POINTS = 3000

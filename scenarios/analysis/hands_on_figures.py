@@ -17,7 +17,7 @@ from scenarios.analysis.figures import COLOURS, save, thin
 from scenarios.analysis.hands_on_metrics import clearance_of, port_offset
 from scenarios.analysis.tool_poses import shaft_lines
 from scenarios.analysis.trace import Trace
-from scenarios.hands_on.parts import Part
+from scenarios.anatomy.parts import Part
 from scenarios.hands_on.scene import HandsOnScene
 
 SHOWN_TRACES = 40

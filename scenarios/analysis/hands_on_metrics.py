@@ -16,7 +16,7 @@ from scenarios.analysis.penetration import penetration_depth, time_inside
 from scenarios.analysis.tangential import tangential_freedom
 from scenarios.analysis.tool_poses import kept_away, shaft_lines
 from scenarios.analysis.trace import Trace
-from scenarios.hands_on.parts import Part, placed_cloud
+from scenarios.anatomy.parts import Part, placed_cloud
 from scenarios.hands_on.scene import HandsOnScene
 
 BETWEEN = 10

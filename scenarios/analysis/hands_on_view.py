@@ -13,7 +13,7 @@ from scenarios.analysis.look import Look
 from scenarios.analysis.picture import Dash
 from scenarios.analysis.tool_poses import shaft_lines
 from scenarios.analysis.trace import Trace
-from scenarios.hands_on.parts import Part
+from scenarios.anatomy.parts import Part
 from scenarios.hands_on.scene import HandsOnScene
 
 

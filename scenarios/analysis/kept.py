@@ -1,5 +1,6 @@
 """How far a run along a trajectory stayed from the boundaries of the constraints that it is to keep."""
 
+from collections.abc import Mapping
 from typing import Any
 
 import numpy as np
@@ -8,6 +9,7 @@ from scenarios.analysis.between import clearance_between
 from scenarios.analysis.metrics import VIOLATED
 from scenarios.analysis.penetration import penetration_depth
 from scenarios.analysis.trace import Trace
+from scenarios.anatomy.parts import Part
 from scenarios.scene import Scene
 
 
@@ -16,12 +18,12 @@ def to_keep(scene: Scene) -> list[str]:
     return [c.name for c in scene.constraints if c.enforced] or list(scene.constraints.names)
 
 
-def kept_summary(trace: Trace, scene: Scene) -> dict[str, Any]:
+def kept_summary(trace: Trace, scene: Scene, parts: Mapping[str, Part]) -> dict[str, Any]:
     """What a summary says of the constraints that the scene enforces, under the keys of hands-on scenes where they fit.
 
-    A run is inside while a margin in metres is below `scenarios.analysis.metrics.VIOLATED`.
+    parts : the scene's anatomy. A run is inside while a margin in metres is below `metrics.VIOLATED`.
     """
-    names, between = to_keep(scene), clearance_between(trace, scene)
+    names, between = to_keep(scene), clearance_between(trace, scene, parts)
     metric = [name for name in names if trace.header["constraints"][name] == "m"]
     margins = np.array([trace.margin(name) for name in metric])
     at = float(margins.min()) if metric else None

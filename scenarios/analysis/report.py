@@ -6,8 +6,6 @@ from importlib.resources import files
 from pathlib import Path
 from typing import Any
 
-import numpy as np
-
 from primitives.errors import FileError, InputError
 from scenarios.analysis import draw_matplotlib, draw_plotly, report_table
 from scenarios.analysis.cells import GUARDED, Cell
@@ -23,7 +21,7 @@ from scenarios.analysis.look import looks
 from scenarios.analysis.picture import Picture
 from scenarios.analysis.spread_chart import spread
 from scenarios.analysis.statistics import FEWEST, LEVEL, RESAMPLES
-from scenarios.hands_on.parts import build_parts
+from scenarios.anatomy.parts import build_parts
 from scenarios.hands_on.scene import HandsOnScene
 from scenarios.resolved import resolved_scene
 
@@ -79,7 +77,7 @@ def _pictures(comparison: Comparison, cells: Sequence[Cell]) -> tuple[list[Pictu
     scene = resolved_scene(traces[0])
     runs = list(zip(cells, looks(cells), traces, strict=True))
     if isinstance(scene, HandsOnScene):
-        parts = build_parts(scene.anatomy, np.array(scene.port))
+        parts = build_parts(scene.anatomy, scene.port)
         drawn = pictures([view(cell, look, trace, scene, parts) for cell, look, trace in runs], scene, parts)
     else:
         drawn = followed_pictures([followed_view(*run) for run in runs], to_keep(scene))

@@ -19,7 +19,7 @@ from primitives.robot import Robot
 from scenarios.analysis.free_motion import free_trace
 from scenarios.analysis.tool_poses import kept_away
 from scenarios.analysis.trace import Trace
-from scenarios.hands_on.parts import Part, placed_cloud
+from scenarios.anatomy.parts import Part, placed_cloud
 from scenarios.hands_on.scene import HandsOnScene
 
 WINDOW = 0.2

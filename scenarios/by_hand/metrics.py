@@ -13,6 +13,7 @@ def summary(trace: Trace) -> dict[str, Any]:
     force, torque = (np.linalg.norm(part, axis=1) for part in np.hsplit(trace["hand_wrench"], 2))
     return {
         **summary_of_trajectory(trace),
+        "metric": trace.header["metric"],
         "hand_work_J": float(trace["hand"][-1]),
         "dissipated_J": float(trace["dissipated"][-1]),
         "constraint_work_J": float(trace["ports"][-1].sum()),

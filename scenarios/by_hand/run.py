@@ -1,6 +1,6 @@
 """One run by hand: hand, joint admittance, controller and plant in a loop, to a trace."""
 
-from collections.abc import Callable
+from collections.abc import Callable, Mapping
 from pathlib import Path
 from time import perf_counter_ns
 from typing import NamedTuple
@@ -14,10 +14,11 @@ from primitives.checks import Array
 from primitives.errors import InputError
 from scenarios.analysis.recorder import Recorder
 from scenarios.analysis.trace import Trace
-from scenarios.by_hand.enforcement import INTEGRATOR, Method, enforce, guard_of
+from scenarios.anatomy.parts import Part, build_parts
+from scenarios.by_hand.enforcement import INTEGRATOR, Method, enforce
 from scenarios.by_hand.hand import offset, turn
-from scenarios.plants.kinematic import KinematicPlant
-from scenarios.run import header, no_collection
+from scenarios.enforcement import chosen
+from scenarios.run import header, no_collection, plant_of
 from scenarios.scene import Scene
 from vfi.outcome import Work
 
@@ -26,25 +27,18 @@ KIND = "by-hand"
 
 
 class Parts(NamedTuple):
-    """What steps in a run: the admittance, the method that enforces, the hand, its way, and the guard's mode."""
+    """What steps in a run: the admittance, the method that enforces, the hand and its way."""
 
     admittance: JointAdmittance
     method: Method
     hand: Hand
     reference: Array
-    guard: str
 
 
-def build(
-    scene: Scene,
-    *,
-    enforcement: str,
-    period: float | None,
-    guard: str | None,
-    seed: int,
-    integrator: str = INTEGRATOR,
-) -> Parts:
+def build(scene: Scene, anatomy: Mapping[str, Part], integrator: str = INTEGRATOR) -> Parts:
     """Everything that a run of a scene by hand consists of.
+
+    anatomy, integrator : see `scenarios.by_hand.enforcement.enforce`.
 
     Raises
     ------
@@ -52,15 +46,13 @@ def build(
     """
     if scene.hand is None or scene.admittance is None:
         raise InputError(f'scene "{scene.name}" follows a trajectory without a hand; give it the keys hand, admittance')
-    admittance, method = enforce(
-        scene, scene.admittance, enforcement, period=period, guard=guard, integrator=integrator
-    )
+    admittance, method = enforce(scene, scene.admittance, anatomy, integrator)
     T = admittance.period
     cycles = round(scene.duration / T)
     if cycles < 1:
         raise InputError(f"period: expected at most the scene's {scene.duration:g} s, got {T:g} s")
     reference = scene.references[0].sample(admittance.kinematics.pose(admittance.frame)[:4], T, cycles)
-    return Parts(admittance, method, scene.hand.hand(reference, T, seed), reference, guard_of(enforcement, guard))
+    return Parts(admittance, method, scene.hand.hand(reference, T, scene.seed), reference)
 
 
 class Extras:
@@ -113,46 +105,51 @@ def _column(entry: Book) -> str:
 def run_by_hand(
     scene: Scene,
     *,
-    enforcement: str = "vfi",
+    enforcement: str | None = None,
     period: float | None = None,
     guard: str | None = None,
-    seed: int = 0,
+    metric: str | None = None,
+    seed: int | None = None,
     integrator: str = INTEGRATOR,
     out: Path | None = None,
     progress: Callable[[float], None] | None = None,
+    parts: Mapping[str, Part] | None = None,
 ) -> Trace:
     """Run a scene by hand on the kinematic plant.
 
     Parameters
     ----------
-    enforcement, guard, integrator : see `scenarios.by_hand.enforcement.enforce`.
-    period, out, progress : see `scenarios.run.run`.
-    seed : of the hand's tremor; the same seed gives the same run to the bit.
+    enforcement, guard, metric, period : where they differ from the scene's.
+    seed : of the hand's tremor, likewise; the same seed gives the same run to the bit.
+    integrator : see `scenarios.by_hand.enforcement.enforce`.
+    out, progress, parts : see `scenarios.run.run`.
 
     Raises
     ------
     InputError, UnknownNameError : see `build`.
     """
-    parts = build(scene, enforcement=enforcement, period=period, guard=guard, seed=seed, integrator=integrator)
-    admittance, method, controller = parts.admittance, parts.method, parts.method.controller
-    plant = KinematicPlant(np.array(scene.start), admittance.robot.group(scene.group), controller.period, seed=seed)
-    extras = Extras(parts)
+    scene = chosen(scene, enforcement=enforcement, guard=guard, metric=metric, period=period, seed=seed)
+    anatomy, how = build_parts(scene.anatomy) if parts is None else parts, scene.in_force
+    run = build(scene, anatomy, integrator)
+    admittance, method, controller = run.admittance, run.method, run.method.controller
+    plant = plant_of(scene, admittance.robot, anatomy)
+    extras = Extras(run)
     facts = {
-        **header(scene, controller, seed),
+        **header(scene, controller),
         "kind": KIND,
-        "solver": integrator if enforcement == "admittance" else controller.solver,
-        "enforcement": enforcement,
-        "guard": parts.guard,
-        "enforced": [c.name for c in scene.constraints if c.enforced and enforcement != "none"],
+        "solver": integrator if how.method == "admittance" else controller.solver,
+        "guard": how.guard,
+        "metric": how.metric,
+        "enforced": [c.name for c in scene.constraints if c.enforced and how.method != "none"],
         "ports": [port.name.lower() for port in Work],
     }
-    columns, cycles = {**controller.columns, **extras.columns}, len(parts.reference)
+    columns, cycles = {**controller.columns, **extras.columns}, len(run.reference)
     recorder = Recorder(controller, columns, facts, out, cycles, more=extras.values, progress=progress)
     with recorder, no_collection():
         measurement = plant.reset()
         for k in range(cycles):
             pose = admittance.kinematics.pose(admittance.frame)
-            wrench = parts.hand.wrench(measurement.t, pose, admittance.twist)
+            wrench = run.hand.wrench(measurement.t, pose, admittance.twist)
             begun = perf_counter_ns()
             motion = method.step(measurement.t, wrench)
             spent = (perf_counter_ns() - begun) * 1e-3

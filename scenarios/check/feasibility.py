@@ -15,6 +15,7 @@ from primitives.checks import Array
 from primitives.vectors import DEGENERATE
 from scenarios.check.finding import Finding, Part, Severity, amount
 from scenarios.check.space import Space
+from vfi.forms import EQUALITY, ROWS, PortForm
 from vfi.inequality import demanded_rate
 from vfi.limits import fill_bounds
 
@@ -40,6 +41,7 @@ def program(
     limit_eta: float,
     period: float,
     recovery: tuple[float, float],
+    forms: Mapping[str, PortForm] | None = None,
 ) -> Program:
     """The rows and bounds at the start.
 
@@ -48,9 +50,13 @@ def program(
     eta : {constraint: 1/s}; one that has none is left out. limit_eta : 1/s. period : T, seconds.
     recovery : fastest way out of a violation that is asked for, m/s and rad/s.
 
-    A port is two equalities, each as two rows: the shaft may not move across it. How fast an error at the port fades is
-    no part of it, as that is slowed down to what the limits leave.
+    forms : of entry ports; a soft one asks for nothing here.
+
+    A port, that of a hands-on scene or one of the form "equality", is two equalities, each as two rows: the shaft may
+    not move across it. How fast an error at the port fades is no part of it, as that is slowed down to what the limits
+    leave.
     """
+    given = forms or {}
     sight, x = space.at(space.first), space.first
     limits = np.ascontiguousarray([limit[space.decided] for limit in space.robot.limits])
     low, high = np.empty(len(x)), np.empty(len(x))
@@ -58,17 +64,23 @@ def program(
     kept = [
         i
         for i, c in enumerate(space.constraints)
-        if c.enforced and c.name in eta and np.isfinite(sight.margin[i]) and sight.status[i] != DEGENERATE
+        if c.enforced and c.name in eta and given.get(c.name, ROWS) == ROWS
+        if np.isfinite(sight.margin[i]) and sight.status[i] != DEGENERATE
     ]
     items = [list(space.constraints)[i] for i in kept]
     b = [
         demanded_rate(float(sight.margin[i]), eta[c.name], recovery[c.definition.unit == "rad"])
         for i, c in zip(kept, items, strict=True)
     ]
-    both = len(sight.port) * 2
-    names, units = [*(c.name for c in items), *["port"] * both], [*(c.definition.unit for c in items), *["m"] * both]
-    A = np.vstack([sight.row[kept], sight.port_row, -sight.port_row])
-    b += [0.0] * both
+    ports = {c.name: space.port_rows(c) for c in space.constraints if c.enforced and given.get(c.name) == EQUALITY}
+    if len(sight.port):
+        ports["port"] = sight.port_row
+    across = np.vstack([*(rows for rows in ports.values()), np.zeros((0, len(x)))])
+    named = [name for name, rows in ports.items() for _ in rows]
+    names = [*(c.name for c in items), *named, *named]
+    units = [*(c.definition.unit for c in items), *["m"] * 2 * len(named)]
+    A = np.vstack([sight.row[kept], across, -across])
+    b += [0.0] * 2 * len(named)
     return Program(tuple(names), tuple(units), A, np.array(b), low, high)
 
 

@@ -6,6 +6,8 @@ import numpy as np
 
 from primitives.errors import InputError
 from primitives.robot import Robot
+from scenarios.anatomy.parts import Part as Anatomy
+from scenarios.anatomy.parts import build_parts
 from scenarios.check.approach import check_approach
 from scenarios.check.clouds import check_clouds
 from scenarios.check.cue import check_cue
@@ -15,21 +17,17 @@ from scenarios.check.finding import Finding, Part, Severity, amount
 from scenarios.check.gains import Gain, check_gains
 from scenarios.check.hand import check_hand, follow_pull, largest_force, steady_speeds
 from scenarios.check.relations import check_relations
-from scenarios.check.report import RECOVERY, Report
+from scenarios.check.report import RECOVERY, Report, etas, without_anatomy
 from scenarios.check.search import Search
 from scenarios.check.space import Port, Space
 from scenarios.check.start import constraints_at_start, joints_at_start
-from scenarios.hands_on.enforcement import ETA_T, enforce
-from scenarios.hands_on.parts import Part as Anatomy
-from scenarios.hands_on.parts import build_parts
+from scenarios.enforcement import METHODS, chosen
+from scenarios.hands_on.enforcement import enforce
 from scenarios.hands_on.pull import Pull
 from scenarios.hands_on.scene import HandsOnScene
-from scenarios.joined import ENFORCEMENTS
 
 OFF_PORT = 1e-4
 """Metres by which the shaft may miss the port at the start before that is said."""
-LIMIT_ETA = 5.0
-"""Gain of the joint limits, 1/s: the default of `admittance.Admittance`, as scenes have none of their own."""
 
 
 def check_led(scene: HandsOnScene, progress: Callable[[str, float], None] = lambda label, share: None) -> Report:
@@ -42,24 +40,22 @@ def check_led(scene: HandsOnScene, progress: Callable[[str, float], None] = lamb
     robot = scene.build_robot()
     progress("the anatomy", 0.0)
     try:
-        parts = build_parts(scene.anatomy, np.array(scene.port))
+        parts = build_parts(scene.anatomy, scene.port)
     except InputError as error:
-        advice = "mend the anatomy; nothing else was looked at"
-        return Report(
-            scene.name, str(scene.robot), [Part("clouds", [], [_error("clouds", "anatomy", str(error), advice)])]
-        )
+        return without_anatomy(scene.name, str(scene.robot), error)
     clouds = {name: part.cloud for name, part in parts.items()}
     port = Port(scene.shaft, scene.port)
     fixed, entities = without_entities(scene.constraints)
     space = Space(robot, fixed, scene.group, np.array(scene.start), clouds, port)
-    eta = dict.fromkeys(scene.constraints.names, ETA_T / scene.period)
+    how = scene.in_force
+    eta = etas(how, scene.constraints)
     gains = [Gain(name, "eta", value) for name, value in eta.items()]
-    gains += [Gain("joint limits", "limit_eta", LIMIT_ETA), *_port_gains(scene)]
+    gains += [Gain("joint limits", "limit_eta", how.limit_eta), *_port_gains(scene)]
     found = [constraints_at_start(space), joints_at_start(space), _port(space), check_clouds(clouds), entities]
     found.append(check_gains(gains, scene.period))
     if not entities.findings:
         found.append(_build(scene, robot, parts))
-    found.append(feasible_at_start(space, program(space, eta, LIMIT_ETA, scene.period, RECOVERY)))
+    found.append(feasible_at_start(space, program(space, eta, how.limit_eta, scene.period, RECOVERY, how.forms)))
     found.append(check_relations(Search(space), progress))
     progress("the hand", 0.0)
     force, led = largest_force(scene.hand), []
@@ -97,9 +93,9 @@ def _port(space: Space) -> Part:
 def _build(scene: HandsOnScene, robot: Robot, parts: Mapping[str, Anatomy]) -> Part:
     """What the admittance and the controllers themselves refuse, each text once."""
     said: dict[str, list[str]] = {}
-    for enforcement in ENFORCEMENTS:
+    for enforcement in METHODS:
         try:
-            enforce(enforcement, scene, robot, parts)
+            enforce(chosen(scene, enforcement=enforcement), robot, parts)
         except InputError as error:
             said.setdefault(str(error), []).append(enforcement)
     advice = "mend the scene, or choose another enforcement"

@@ -62,7 +62,7 @@ def follow(scene: Scene, space: Space) -> Followed:
     """Follow the reference from the start, with nothing enforced."""
     period = max(scene.period, scene.duration / CYCLES)
     tasks = [replace(task, gain=min(task.gain, 1.0 / period)) for task in scene.tasks]
-    limit_eta = min(scene.limit_eta, 1.0 / period)
+    limit_eta = min(scene.in_force.limit_eta, 1.0 / period)
     robot, start = space.robot, np.array(scene.start)
     controller = Controller(
         robot, ConstraintSet(), tasks, period=period, group=scene.group, limit_eta=limit_eta, guard="off", latch=None

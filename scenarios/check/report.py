@@ -5,8 +5,12 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
+from primitives.constraint import ConstraintSet
 from primitives.errors import InputError
+from scenarios.anatomy.parts import Part as Anatomy
+from scenarios.anatomy.parts import build_parts
 from scenarios.check.approach import check_approach
+from scenarios.check.clouds import check_clouds
 from scenarios.check.entities import without_entities
 from scenarios.check.feasibility import feasible_at_start, program
 from scenarios.check.finding import Finding, Part, Severity
@@ -16,6 +20,7 @@ from scenarios.check.relations import check_relations
 from scenarios.check.search import Search
 from scenarios.check.space import Space
 from scenarios.check.start import constraints_at_start, joints_at_start
+from scenarios.enforcement import InForce
 from scenarios.run import build
 from scenarios.scene import Scene
 
@@ -68,15 +73,23 @@ def check_scene(scene: Scene, progress: Progress = lambda label, share: None) ->
     ------
     InputError, UnknownNameError : the scene does not fit its robot, or a constraint names a frame that it has not.
     """
-    robot, start = scene.build_robot(), np.array(scene.start)
-    eta = _etas(scene)
-    fixed, entities = without_entities(scene.constraints)
-    space = Space(robot, fixed, scene.group, start)
+    robot, start, how = scene.build_robot(), np.array(scene.start), scene.in_force
+    progress("the anatomy", 0.0)
+    try:
+        anatomy = build_parts(scene.anatomy)
+    except InputError as error:
+        return without_anatomy(scene.name, str(scene.robot), error)
+    clouds = {name: part.cloud for name, part in anatomy.items()}
+    eta = etas(how, scene.constraints)
+    fixed, entities = without_entities(scene.kept)
+    space = Space(robot, fixed, scene.group, start, clouds)
     gains = check_gains(_gains(scene, eta), scene.period)
     parts = [constraints_at_start(space), joints_at_start(space), gains, entities]
+    if clouds:
+        parts.append(check_clouds(clouds))
     if not any(f.severity == Severity.ERROR for f in (*gains.findings, *entities.findings)):
-        parts.append(_build(scene))
-    p = program(space, eta, scene.limit_eta, scene.period, RECOVERY)
+        parts.append(_build(scene, anatomy))
+    p = program(space, eta, how.limit_eta, scene.period, RECOVERY, how.forms)
     parts.append(feasible_at_start(space, p))
     if fixed:
         parts.append(check_relations(Search(space), progress))
@@ -90,28 +103,35 @@ RECOVERY = 0.05, 0.5
 """Fastest way out of a violation that a row asks for, m/s and rad/s: the defaults of `vfi.controller.Controller`."""
 
 
-def _etas(scene: Scene) -> dict[str, float]:
+def etas(how: InForce, constraints: ConstraintSet) -> dict[str, float]:
     """Gain of each constraint that has one."""
-    if not isinstance(scene.eta, Mapping):
-        return dict.fromkeys(scene.constraints.names, float(scene.eta))
-    given = scene.eta
-    return {
-        name: given.get(name, given.get("", 0.0)) for name in scene.constraints.names if name in given or "" in given
-    }
+    return {name: float(eta) for name in constraints.names if (eta := how.eta_of(name)) is not None}
+
+
+def without_anatomy(scene: str, robot: str, error: InputError) -> Report:
+    """What is said of a scene whose anatomy cannot be built."""
+    advice = "mend the anatomy; nothing else was looked at"
+    found = Finding(Severity.ERROR, "clouds", "anatomy", str(error), advice, {})
+    return Report(scene, robot, [Part("clouds", [], [found])])
 
 
 def _gains(scene: Scene, eta: dict[str, float]) -> list[Gain]:
     return [
         *(Gain(name, "eta", value) for name, value in eta.items()),
-        Gain("joint limits", "limit_eta", scene.limit_eta),
+        Gain("joint limits", "limit_eta", scene.in_force.limit_eta),
         *(Gain(f"task of {t.frame}" if len(scene.tasks) > 1 else "task", "gain", t.gain) for t in scene.tasks),
     ]
 
 
-def _build(scene: Scene) -> Part:
-    """What the controller itself refuses."""
+def _build(scene: Scene, anatomy: Mapping[str, Anatomy]) -> Part:
+    """What the controller itself refuses, and where a hand leads the admittance."""
     try:
-        build(scene, solver="active-set", guard="act", period=None)
+        if scene.hand is not None:
+            from scenarios.by_hand.run import build as build_by_hand
+
+            build_by_hand(scene, anatomy)
+        else:
+            build(scene, solver="active-set", parts=anatomy)
     except InputError as error:
         return Part("build", [], [Finding(Severity.ERROR, "build", scene.name, str(error), "mend the scene", {})])
     return Part("build", [])

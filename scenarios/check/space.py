@@ -117,6 +117,13 @@ class Space:
         seen = rcm(kinematics, self.port.shaft, self.port.at)
         return seen.x_c, seen.A[:, self.decided]
 
+    def port_rows(self, constraint: Constraint) -> Array:
+        """(2, d) of x_c of a constraint that is an entry port: a shaft that passes near a point of the world."""
+        at = constraint.second.geometry[:3]
+        seen = rcm(self.kinematics(self.first), constraint.first.frame, (float(at[0]), float(at[1]), float(at[2])))
+        rows: Array = seen.A[:, self.decided]
+        return rows
+
     def _cloud_row(self, constraint: Constraint, kinematics: Kinematics) -> tuple[float, Array, int]:
         """Margin of a part of the tool from a cloud, its row (n,) by the nearest point, and the status."""
         tool, other = constraint.first, constraint.second

@@ -34,9 +34,7 @@ def compare(
     hand: Annotated[
         Path | None, typer.Option(help="Another hand than the scene's: a YAML file, or a recorded wrench as CSV.")
     ] = None,
-    plant: Annotated[
-        PlantName, typer.Option(help="Of hands-on scenes: ideal joints, or physics.")
-    ] = PlantName.kinematic,
+    plant: Annotated[PlantName | None, typer.Option(help="Ideal joints, or physics; default: the scene's.")] = None,
     out: Annotated[Path | None, typer.Option(help="Folder for traces, report.html and its figures.")] = None,
     as_json: Annotated[bool, typer.Option("--json", help="Print one object a run instead of a table.")] = False,
 ) -> None:
@@ -57,7 +55,8 @@ def compare(
             coordinations=_names(coordination),
             seeds=seeds,
         )
-        jobs = prepare_comparison(scene, plan, Choices(plant=plant.value, hand=hand, out=out))
+        choices = Choices(plant=plant.value if plant is not None else None, hand=hand, out=out)
+        jobs = prepare_comparison(scene, plan, choices)
         if out is not None:
             make_folder(out)
         with Progress(console=Console(stderr=True), transient=True, disable=not sys.stderr.isatty()) as bar:
@@ -75,7 +74,7 @@ def compare(
                     "coordination": coordination,
                     "seeds": seeds if seeds > 1 else None,
                     "hand": hand,
-                    "plant": plant.value if plant is not PlantName.kinematic else None,
+                    "plant": plant.value if plant is not None else None,
                     "out": out,
                 }
                 comparison = Comparison(out, _command(scene, given), results)

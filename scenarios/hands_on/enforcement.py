@@ -11,70 +11,49 @@ from dataclasses import replace
 from typing import Any
 
 from admittance import Admittance, Motion
-from primitives.checks import known
 from primitives.constraint import ConstraintSet
 from primitives.errors import InputError
 from primitives.robot import Robot
-from scenarios.hands_on.parts import Part
+from scenarios.anatomy.parts import Part
+from scenarios.enforcement import Gains
 from scenarios.hands_on.scene import HandsOnScene
-from scenarios.joined import ENFORCEMENTS, GUARDS, METRICS, SHARE, Guarded, Measured, Projected, kept_farther
+from scenarios.joined import SHARE, Guarded, Measured, Projected, kept_farther
 from vfi.controller import Controller
 from vfi.tasks import ProjectionTask, VelocityTask
 
 FORM, INTEGRATOR = "reduced", "semi-implicit"
 """Of the step that the projection belongs to."""
-ETA_T = 0.25
-"""eta T of the rows: a period may use up a quarter of a clearance."""
 ROUNDING = 2e-6
 """Metres that "vfi" keeps beyond the spheres: what the rows' linearisation and rounding may cost stays above zero."""
-REACH = 0.005
-"""How far beyond d_0 points get a row, metres."""
 
 Method = Measured[Motion]
 
 
-def enforce(
-    enforcement: str,
-    scene: HandsOnScene,
-    robot: Robot,
-    parts: Mapping[str, Part],
-    *,
-    guard: str | None = None,
-    metric: str = "free",
-) -> tuple[Admittance, Method]:
+def enforce(scene: HandsOnScene, robot: Robot, parts: Mapping[str, Part]) -> tuple[Admittance, Method]:
     """The admittance of a scene, whose records are the run's, and what is to be stepped.
-
-    Parameters
-    ----------
-    guard : "act" on what verification finds, only "watch", or "off"; None for "act" where inequalities enforce the
-        constraints, else "off".
-    metric : one of `METRICS`.
 
     Raises
     ------
-    UnknownNameError : no such enforcement, guard or metric.
     InputError : a form or integrator that a proposed step has not. Others as `HandsOnScene.build`.
     """
-    known("enforcement", enforcement, ENFORCEMENTS)
-    known("metric", metric, METRICS)
-    by_rows = enforcement in ("vfi", "both")
-    mode = known("guard", guard, GUARDS) if guard is not None else "act" if by_rows else "off"
-    if (by_rows or mode != "off") and (scene.form, scene.integrator) != (FORM, INTEGRATOR):
+    how, at_once = scene.in_force, 1.0 / scene.period
+    if (how.by_rows or how.guard != "off") and (scene.form, scene.integrator) != (FORM, INTEGRATOR):
         raise InputError(
-            f'enforcement "{enforcement}" with guard "{mode}": its steps are those of the {FORM} form and the '
+            f'enforcement "{how.method}" with guard "{how.guard}": its steps are those of the {FORM} form and the '
             f"{INTEGRATOR} integrator, got {scene.form} and {scene.integrator}"
         )
-    admittance = scene.build(robot, parts, **_changes(enforcement, scene))
-    if not by_rows and mode == "off":
+    admittance = scene.build(robot, parts, limit_gain=how.limit_eta, **_changes(how.method, scene))
+    if not how.by_rows and how.guard == "off":
         watched = scene.constraints.enforcing([])
-        controller = _controller(scene, robot, parts, watched, VelocityTask(), "off", 1.0)
+        controller = _controller(scene, robot, parts, watched, VelocityTask(), "off", at_once)
         return admittance, Measured(admittance, controller, scene.constraints)
     task = ProjectionTask(len(admittance.joints) - 2)
-    if by_rows:
-        controller = _controller(scene, robot, parts, _kept(scene, enforcement == "both"), task, mode, ETA_T)
-        return admittance, Projected(admittance, controller, scene.constraints, metric)
-    controller = _controller(scene, robot, parts, _kept(scene, False), task, "act", 1.0)
-    return admittance, Guarded(admittance, controller, scene.constraints, mode == "act")
+    if how.by_rows:
+        kept = _kept(scene, how.method == "both")
+        controller = _controller(scene, robot, parts, kept, task, how.guard, how.eta)
+        return admittance, Projected(admittance, controller, scene.constraints, how.metric)
+    controller = _controller(scene, robot, parts, _kept(scene, False), task, "act", at_once)
+    return admittance, Guarded(admittance, controller, scene.constraints, how.guard == "act")
 
 
 def _changes(enforcement: str, scene: HandsOnScene) -> dict[str, Any]:
@@ -99,18 +78,21 @@ def _controller(
     constraints: ConstraintSet,
     task: VelocityTask | ProjectionTask,
     guard: str,
-    eta_t: float,
+    eta: Gains,
 ) -> Controller:
     """The controller beside an admittance."""
+    how = scene.in_force
     return Controller(
         robot,
         constraints,
         task,
         period=scene.period,
         group=scene.group,
-        eta=eta_t / scene.period,
+        eta=eta,
+        limit_eta=how.limit_eta,
         clouds={name: part.cloud for name, part in parts.items()},
-        reach=scene.parameters.d_0 + REACH,
+        reach=how.reach,
+        forms=how.forms,
         guard=guard,
         latch=None,
     )

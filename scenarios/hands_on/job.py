@@ -4,17 +4,16 @@ from collections.abc import Mapping
 from dataclasses import dataclass, replace
 from functools import cached_property
 from pathlib import Path
-from typing import Any, Self
-
-import numpy as np
+from typing import Any
 
 from primitives.elements import Cloud
 from primitives.errors import InputError
 from primitives.point_cloud import Gaps
 from scenarios.analysis.trace import Trace
+from scenarios.anatomy.parts import FILES, AnatomySource, Part, build_parts
+from scenarios.enforcement import chosen
 from scenarios.hands_on.enforcement import enforce
-from scenarios.hands_on.parts import FILES, AnatomySource, Part, build_parts
-from scenarios.hands_on.plant import build_plant
+from scenarios.hands_on.plant import plant_of
 from scenarios.hands_on.run import run_hands_on
 from scenarios.hands_on.scene import HandsOnScene
 from scenarios.jobs import Choices, Progress
@@ -26,50 +25,37 @@ class HandsOnJob:
     """A run of a hands-on scene."""
 
     scene: HandsOnScene
-    plant: str
-    enforcement: str
-    seed: int
     file: Path | None
-    guard: str | None = None
-    metric: str = "free"
-    """Both: see `scenarios.hands_on.enforcement.enforce`."""
 
     @property
     def label(self) -> str:
         """See `Job`."""
-        return f"{self.scene.name} {self.scene.robot} {self.plant} {self.enforcement}"
+        return f"{self.scene.name} {self.scene.robot} {self.scene.plant} {self.scene.in_force.method}"
 
     @cached_property
     def parts(self) -> Mapping[str, Part]:
         """The anatomy, built once."""
-        return build_parts(self.scene.anatomy, np.array(self.scene.port))
+        return build_parts(self.scene.anatomy, self.scene.port)
 
-    def again(self, seed: int, file: Path | None) -> Self:
-        """See `Job`; the anatomy is not built again."""
-        other = replace(self, seed=seed, file=file)
+    def of(self, scene: HandsOnScene, file: Path | None) -> "HandsOnJob":
+        """A run of a scene in the same anatomy, which is not built again."""
+        other = HandsOnJob(scene, file)
         other.__dict__["parts"] = self.parts
         return other
+
+    def again(self, seed: int, file: Path | None) -> "HandsOnJob":
+        """See `Job`."""
+        return self.of(self.scene.with_changes(seed=seed), file)
 
     def check(self) -> None:
         """Build everything that the run will need; raises where something does not fit."""
         robot = self.scene.build_robot()
-        enforce(self.enforcement, self.scene, robot, self.parts, guard=self.guard, metric=self.metric)
-        clouds = {name: part.cloud for name, part in self.parts.items()}
-        build_plant(self.plant, self.scene, robot, clouds, self.seed)
+        enforce(self.scene, robot, self.parts)
+        plant_of(self.scene, robot, {name: part.cloud for name, part in self.parts.items()})
 
     def run(self, progress: Progress) -> Trace:
         """See `Job`."""
-        return run_hands_on(
-            self.scene,
-            plant=self.plant,
-            enforcement=self.enforcement,
-            guard=self.guard,
-            metric=self.metric,
-            seed=self.seed,
-            out=self.file,
-            progress=progress,
-            parts=self.parts,
-        )
+        return run_hands_on(self.scene, out=self.file, progress=progress, parts=self.parts)
 
     def summary(self, trace: Trace) -> dict[str, Any]:
         """See `Job`."""
@@ -95,8 +81,7 @@ def hands_on_job(scene: HandsOnScene, choices: Choices, like: HandsOnJob | None 
             f'scene "{scene.name}" has no variant for robot "{choices.robot}"; it is for "{scene.robot}". '
             "Write one: a copy of its file with start, port and anatomy that suit the arm"
         )
-    changes = {name: getattr(choices, name) for name in ("period", "integrator", "form")}
-    scene = scene.with_changes(**{name: value for name, value in changes.items() if value is not None})
+    scene = chosen(choices.applied_to(scene), integrator=choices.integrator, form=choices.form)
     if choices.organ or choices.vessels:
         anatomy = _from_files(scene, choices)
         for name in (c.second.name for c in scene.constraints if isinstance(c.second, Cloud)):
@@ -104,14 +89,11 @@ def hands_on_job(scene: HandsOnScene, choices: Choices, like: HandsOnJob | None 
                 way = f"give --{name} too" if name in ("organ", "vessels") else "files have an organ and vessels only"
                 raise InputError(f'scene "{scene.name}" is about its part "{name}", not among the files; {way}')
         scene = scene.with_changes(anatomy=anatomy, hand=scene.hand_on_files or scene.hand)
-    enforcement = choices.enforcement or "admittance"
-    chosen = (enforcement, "admittance"), (choices.guard, None), (choices.metric, "free")
-    suffix = "".join(f"-{value}" for value, default in chosen if value != default)
-    stem = f"{scene.name}-{scene.robot}-{choices.plant}{suffix}"
+    named = (choices.enforcement, "admittance"), (choices.guard, None), (choices.metric, "free")
+    suffix = "".join(f"-{value}" for value, usual in named if value not in (None, usual))
+    stem = f"{scene.name}-{scene.robot}-{scene.plant}{suffix}"
     file = choices.out / f"{stem}.mcap" if choices.out is not None else None
-    job = HandsOnJob(scene, choices.plant, enforcement, choices.seed, file, choices.guard, choices.metric)
-    if like is not None:
-        job.__dict__["parts"] = like.parts
+    job = HandsOnJob(scene, file) if like is None else like.of(scene, file)
     job.check()
     return job
 

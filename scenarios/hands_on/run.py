@@ -12,9 +12,10 @@ from primitives.elements import Cloud
 from primitives.errors import InputError
 from scenarios.analysis.recorder import Recorder
 from scenarios.analysis.trace import Trace
+from scenarios.anatomy.parts import Part, build_parts
+from scenarios.enforcement import chosen
 from scenarios.hands_on.enforcement import Method, enforce
-from scenarios.hands_on.parts import Part, build_parts
-from scenarios.hands_on.plant import build_plant
+from scenarios.hands_on.plant import plant_of
 from scenarios.hands_on.scene import HandsOnScene
 from scenarios.hands_on.scene_file import dump_hands_on
 from scenarios.run import no_collection, versions
@@ -56,20 +57,19 @@ class Extras:
         self.values[k] = np.concatenate([*own, q, hand, *(forces[name] for name in self._touched)])
 
 
-def _header(
-    scene: HandsOnScene,
-    admittance: Admittance,
-    method: Method,
-    parts: Mapping[str, Part],
-    how: Mapping[str, Any],
-) -> Mapping[str, Any]:
+def _header(scene: HandsOnScene, admittance: Admittance, parts: Mapping[str, Part]) -> Mapping[str, Any]:
+    how = scene.in_force
     return {
         "kind": KIND,
         "scene": scene.name,
         "robot": str(scene.robot),
         "solver": admittance.integrator,
         "form": admittance.form,
-        **how,
+        "enforcement": how.method,
+        "guard": how.guard,
+        "metric": how.metric,
+        "plant": scene.plant,
+        "seed": scene.seed,
         "period_s": scene.period,
         "joints": list(admittance.robot.joints),
         "decided": list(admittance.joints),
@@ -97,11 +97,11 @@ def _header(
 def run_hands_on(
     scene: HandsOnScene,
     *,
-    plant: str = "kinematic",
-    enforcement: str = "admittance",
+    plant: str | None = None,
+    enforcement: str | None = None,
     guard: str | None = None,
-    metric: str = "free",
-    seed: int = 0,
+    metric: str | None = None,
+    seed: int | None = None,
     out: Path | None = None,
     progress: Callable[[float], None] | None = None,
     parts: Mapping[str, Part] | None = None,
@@ -110,9 +110,8 @@ def run_hands_on(
 
     Parameters
     ----------
-    plant : "kinematic" or "mujoco", see `scenarios.plants`.
-    enforcement, guard, metric : see `scenarios.hands_on.enforcement.enforce`.
-    seed : of everything random; the same seed gives the same run to the bit.
+    plant, enforcement, guard, metric, seed : where they differ from the scene's; the same seed gives the same run to
+        the bit.
     out : file that the trace is written to while the run goes on.
     progress : called about ten times a second with the share that is done.
     parts : the anatomy, where it has been built already.
@@ -122,28 +121,21 @@ def run_hands_on(
     InputError, UnknownNameError : the scene does not fit its robot, or a name or number is wrong.
     PlantError : the simulation broke down.
     """
+    scene = chosen(scene, enforcement=enforcement, guard=guard, metric=metric, plant=plant, seed=seed)
     robot = scene.build_robot()
-    anatomy = build_parts(scene.anatomy, np.array(scene.port)) if parts is None else parts
-    admittance, method = enforce(enforcement, scene, robot, anatomy, guard=guard, metric=metric)
+    anatomy = build_parts(scene.anatomy, scene.port) if parts is None else parts
+    admittance, method = enforce(scene, robot, anatomy)
     cycles = round(scene.duration / scene.period)
     if cycles < 1:
         raise InputError(f"duration: expected at least the period, {scene.period:g} s, got {scene.duration:g} s")
     clouds = {name: part.cloud for name, part in anatomy.items()}
-    body = build_plant(plant, scene, robot, clouds, seed)
-    hand = scene.hand.hand(np.array(scene.port), scene.first_end(robot), scene.parameters.shaft_length, clouds, seed)
-    width = admittance.ring.shape[1]
-    how = {
-        "enforcement": enforcement,
-        "guard": guard or ("act" if enforcement in ("vfi", "both") else "off"),
-        "metric": metric,
-        "plant": plant,
-        "seed": seed,
-    }
-    extras = Extras(width, method, robot.n, tuple(body.contact_forces), cycles)
-    columns, header = (
-        {**admittance.columns, **extras.columns},
-        _header(scene, admittance, method, anatomy, how),
+    body = plant_of(scene, robot, clouds)
+    hand = scene.hand.hand(
+        np.array(scene.port), scene.first_end(robot), scene.parameters.shaft_length, clouds, scene.seed
     )
+    width = admittance.ring.shape[1]
+    extras = Extras(width, method, robot.n, tuple(body.contact_forces), cycles)
+    columns, header = {**admittance.columns, **extras.columns}, _header(scene, admittance, anatomy)
     recorder = Recorder(admittance, columns, header, out, cycles, more=extras.values, progress=progress)
     with recorder, no_collection():
         measurement, handle = body.reset(), (admittance.handle, np.zeros(3))

@@ -12,11 +12,18 @@ from primitives.checks import Array, array, known, number
 from primitives.constraint import Constraint, ConstraintSet
 from primitives.elements import Cloud, Point, Segment
 from primitives.robot import Robot
-from scenarios.hands_on.parts import AnatomySource, Part, placed_cloud
+from scenarios.anatomy.parts import AnatomySource, Part, placed_cloud
+from scenarios.enforcement import BY_ROWS, OPEN, Enforcement, InForce
 from scenarios.hands_on.pull import Pull
 from scenarios.hands_on.push import Push
 from scenarios.own_robot import OwnRobot, SceneRobot, entry_of
-from scenarios.scene import check_duration, check_limits, check_name, with_ranges
+from scenarios.plants import PLANTS
+from scenarios.scene import LIMIT_ETA, check_clouds, check_duration, check_limits, check_name, check_seed, with_ranges
+
+ETA_T = 0.25
+"""eta T of the rows where no eta is given: a period may use up a quarter of a clearance."""
+REACH = 0.005
+"""How far beyond d_0 points get a row where no reach is given, metres."""
 
 
 def _in(folder: Path, file: str) -> str:
@@ -25,7 +32,7 @@ def _in(folder: Path, file: str) -> str:
 
 @dataclass(frozen=True)
 class HandsOnScene:
-    """Everything a hands-on run needs but the plant and the seed.
+    """Everything a hands-on run needs.
 
     Attributes
     ----------
@@ -40,7 +47,8 @@ class HandsOnScene:
         the anatomy is a region of the admittance, see `regions`.
     hand : see `Pull` and `Push`. hand_on_files : another one for anatomy from files on the command line, whose places
         a scene cannot know; None for the same.
-    anatomy : see `AnatomySource`; None where nothing lies under the port.
+    anatomy : see `AnatomySource`, placed from the port; None where nothing lies under it.
+    enforcement : how the constraints are kept. plant : "kinematic" or "mujoco". seed : of everything random.
     period : T, seconds. duration : seconds.
     limits : {joint: (lower, upper)} where they differ from the robot's.
 
@@ -66,6 +74,9 @@ class HandsOnScene:
     parameters: Parameters = field(default=TABLE_1)
     form: str = "reduced"
     integrator: str = "semi-implicit"
+    enforcement: Enforcement = OPEN
+    plant: str = PLANTS[0]
+    seed: int = 0
     limits: Mapping[str, tuple[float, float]] = field(default_factory=dict)
 
     def __post_init__(self) -> None:
@@ -78,14 +89,17 @@ class HandsOnScene:
         check_duration(self.duration, self.period)
         check_limits(self.limits, self.name)
         object.__setattr__(self, "constraints", ConstraintSet(self.constraints))
-        for constraint in self.constraints:
-            if isinstance(constraint.second, Cloud):
-                known("part of the anatomy", constraint.second.name, self.parts)
+        check_seed(self.seed, self.name)
+        check_clouds(self.constraints, self.anatomy)
+        self.enforcement.check(self.constraints)
+        known("plant", self.plant, PLANTS)
 
     @property
-    def parts(self) -> tuple[str, ...]:
-        """Names of the parts of its anatomy."""
-        return self.anatomy.parts if self.anatomy is not None else ()
+    def in_force(self) -> InForce:
+        """The enforcement, with what hands-on scenes do by default."""
+        method = self.enforcement.method or "admittance"
+        guard, reach = "act" if method in BY_ROWS else "off", self.parameters.d_0 + REACH
+        return self.enforcement.in_force(InForce(method, ETA_T / self.period, LIMIT_ETA, guard, "free", reach, {}))
 
     @property
     def regions(self) -> tuple[Constraint, ...]:
@@ -99,9 +113,7 @@ class HandsOnScene:
 
     def located(self, folder: Path) -> Self:
         """The scene with whole paths of the files that it names, from a folder where it does not say from where."""
-        anatomy = self.anatomy
-        if anatomy is not None:
-            anatomy = replace(anatomy, organ=_in(folder, anatomy.organ), vessels=_in(folder, anatomy.vessels))
+        anatomy = self.anatomy.located(folder) if self.anatomy is not None else None
         hand, other = (
             replace(h, file=_in(folder, h.file)) if isinstance(h, Push) else h for h in (self.hand, self.hand_on_files)
         )
@@ -127,7 +139,7 @@ class HandsOnScene:
 
         Parameters
         ----------
-        parts : {name: part} of the anatomy, see `scenarios.hands_on.parts.build_parts`.
+        parts : {name: part} of the anatomy, see `scenarios.anatomy.parts.build_parts`.
         changes : other arguments of `Admittance`.
 
         Raises

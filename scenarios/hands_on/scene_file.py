@@ -2,7 +2,7 @@
 
 from collections.abc import Sequence
 from dataclasses import asdict, fields
-from typing import Annotated, Any, Self, get_args
+from typing import Annotated, Any, Self
 
 from pydantic import ConfigDict, Field, PlainValidator, TypeAdapter, WithJsonSchema, create_model, model_validator
 
@@ -13,14 +13,12 @@ from primitives.files.fields import Numbers, Text, check_text, list_of, one_of, 
 from primitives.files.joints import Configuration
 from primitives.files.model import FileModel, gather, show
 from primitives.files.quantities import (
-    Angle,
     Forces,
     Length,
     Moment,
     NotNegative,
     Period,
     Position,
-    PositiveAngle,
     PositiveForce,
     PositiveLength,
     SomeForce,
@@ -29,15 +27,14 @@ from primitives.files.quantities import (
 )
 from primitives.files.unions import IfType
 from primitives.files.yaml_file import write
-from primitives.point_cloud import Gaps
 from primitives.spec import DeclaredField, constraints_data
-from primitives.units import METRES
-from scenarios.hands_on.parts import KINDS, AnatomySource
+from scenarios.anatomy.model import AnatomyModel, anatomy_data
+from scenarios.enforcement_model import EnforcementField, Seed, enforcement_data
 from scenarios.hands_on.pull import WAYS, Pull, Waypoint
 from scenarios.hands_on.push import Push
 from scenarios.hands_on.scene import HandsOnScene
 from scenarios.own_robot_file import RobotField, robot_data
-from scenarios.scene_model import Duration, LimitsField, SceneName, chosen
+from scenarios.scene_model import Duration, LimitsField, PlantField, SceneName, chosen
 
 PARAMETERS = {"table-1": TABLE_1, "neuro8": NEURO8}
 """Sets of parameters that a file can begin from."""
@@ -167,29 +164,6 @@ def _hand_data(hand: Pull | Push) -> dict[str, Any]:
     return {**plain, "wrenches": [{"t": t, "force": list(w[:3]), "torque": list(w[3:])} for t, w in rows]}
 
 
-class _AnatomyModel(FileModel):
-    declares = AnatomySource
-    kind: Annotated[str, one_of("kind of anatomy", lambda: KINDS)]
-    cover: dict[str, PositiveLength]
-    at: Position = Field(default=[0.0, 0.0, 0.0])
-    turn: Angle = AnatomySource.turn
-    radius: PositiveLength = AnatomySource.radius
-    opening: PositiveAngle = AnatomySource.opening
-    organ: str = AnatomySource.organ
-    vessels: str = AnatomySource.vessels
-    unit: Annotated[str, one_of("unit of length", lambda: METRES)] = AnatomySource.unit
-    depth: PositiveLength = AnatomySource.depth
-    gaps: Annotated[Gaps, one_of("way to treat gaps", lambda: get_args(Gaps))] = AnatomySource.gaps
-
-    @model_validator(mode="after")
-    def _fits(self) -> Self:
-        self.build()
-        return self
-
-    def build(self) -> AnatomySource:
-        return AnatomySource(**(self.model_dump() | {"at": _triple(self.at)}))
-
-
 class _Declared(FileModel):
     """Parameters of the target admittance; four numbers stand for [along the shaft, about the port x 3].
 
@@ -256,7 +230,7 @@ class HandsOnModel(FileModel):
     integrator: Annotated[str, one_of("integrator", lambda: ("semi-implicit", "euler", "rk4", "robust"))] = (
         HandsOnScene.integrator
     )
-    anatomy: _AnatomyModel | None = None
+    anatomy: AnatomyModel | None = None
     constraints: DeclaredField
     enforce: list[Annotated[str, refers_to("constraint")]] | None = None
     hand: HandModel
@@ -264,6 +238,9 @@ class HandsOnModel(FileModel):
     period: Period = HandsOnScene.period
     duration: Duration
     limits: LimitsField = Field(default_factory=dict)
+    enforcement: EnforcementField = HandsOnScene.enforcement
+    plant: PlantField = HandsOnScene.plant
+    seed: Seed = HandsOnScene.seed
 
     @model_validator(mode="after")
     def _waypoints_at_parts(self) -> Self:
@@ -285,10 +262,6 @@ class HandsOnModel(FileModel):
         return HandsOnScene(**(own | built))
 
 
-def _anatomy_data(source: AnatomySource) -> dict[str, Any]:
-    return {**asdict(source), "at": list(source.at), "cover": dict(source.cover)}
-
-
 def hands_on_data(scene: HandsOnScene) -> dict[str, Any]:
     """The scene as plain data, from which `HandsOnModel` builds an equal one; raises InputError."""
     plain = {name: getattr(scene, name) for name in ("name", "group", "shaft", "form", "integrator")}
@@ -301,12 +274,15 @@ def hands_on_data(scene: HandsOnScene) -> dict[str, Any]:
         "port": list(scene.port),
         "port_radius": float(scene.port_radius),
         "parameters": parameters,
-        **({"anatomy": _anatomy_data(scene.anatomy)} if scene.anatomy is not None else {}),
+        **anatomy_data(scene.anatomy),
         "constraints": constraints_data(scene.constraints),
         "hand": _hand_data(scene.hand),
         **({"hand_on_files": _hand_data(scene.hand_on_files)} if scene.hand_on_files is not None else {}),
         "period": float(scene.period),
         "duration": float(scene.duration),
+        **enforcement_data(scene.enforcement),
+        "plant": scene.plant,
+        "seed": scene.seed,
         **({"limits": {joint: list(limit) for joint, limit in scene.limits.items()}} if scene.limits else {}),
     }
 

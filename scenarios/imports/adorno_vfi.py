@@ -194,4 +194,4 @@ def _changes(vfi: Vfi, version: int) -> list[str]:
 def to_yaml(imported: Imported) -> str:
     """The constraints and their eta as the base of a scene file; raises InputError for what a file cannot hold."""
     eta = {name: float(value) for name, value in imported.eta.items()}
-    return write({"constraints": constraints_data(imported.constraints), "eta": eta})
+    return write({"constraints": constraints_data(imported.constraints), "enforcement": {"eta": eta}})

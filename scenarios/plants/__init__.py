@@ -9,6 +9,9 @@ from primitives.checks import Array
 from primitives.errors import ActiveConstraintsError
 from vfi.messages import Measurement
 
+PLANTS = ("kinematic", "mujoco")
+"""By name: joints that move exactly as commanded, and servos in a physics engine."""
+
 
 class PlantError(ActiveConstraintsError):
     """The simulation of a plant broke down: it says what, when, and what may help. Only `reset` makes it usable."""

@@ -58,8 +58,14 @@ def trajectory_scene(robot: Robot, declared: str, motion: Motion, segment: float
             "",
             f"period: {PERIOD:g}",
             f"duration: {segment * len(waypoints):g}",
-            f"eta: {ETA:g}  # 1/s: a margin h may shrink by eta h a second",
-            f"limit_eta: {ETA:g}  # 1/s, of the joint limits",
+            "enforcement:  # how the constraints are kept",
+            "  method: vfi  # inequalities; none: all are only watched",
+            f"  eta: {ETA:g}  # 1/s: a margin h may shrink by eta h a second",
+            f"  limit_eta: {ETA:g}  # 1/s, of the joint limits",
+            "  guard: act  # on commands that would leave a boundary; watch: only count them; off",
+            "  # forms: {port: equality}  # the shaft runs through the port itself; or {port: {soft: 1e4}}",
+            "# plant: kinematic  # joints that move exactly as commanded; mujoco: servos, for a robot with an MJCF",
+            "# seed: 0  # of everything random",
             "",
         ]
     )
@@ -97,6 +103,8 @@ def hands_on_scene(robot: Robot, declared: str, motion: Motion) -> str:
             "",
             "period: 0.004",
             f"duration: {LEG * len(waypoints) + 0.5:g}",
+            "# enforcement: vfi  # inequalities; admittance: potentials, as without this key; both; none",
+            "# seed: 0  # of everything random, the hand's tremor among it",
             "",
         ]
     )

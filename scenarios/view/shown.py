@@ -1,15 +1,18 @@
 """What of a run is shown, for each kind of scene: which joints move, what stands around, what the text says."""
 
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from typing import NamedTuple
 
 import numpy as np
 
 from primitives.checks import Array
 from primitives.constraint import ConstraintSet
+from primitives.elements import Cloud as CloudElement
 from primitives.robot import Robot
 from scenarios.analysis.metrics import VIOLATED
 from scenarios.analysis.trace import Trace
+from scenarios.anatomy.parts import Part, build_parts
+from scenarios.plants.build import TOUCHED
 from scenarios.plants.obstacles import Cloud, Port
 from scenarios.resolved import resolved_scene
 from scenarios.scene import Scene
@@ -52,20 +55,10 @@ def shown(trace: Trace, robot: Robot, port: Port | None, clouds: Sequence[Cloud]
     if isinstance(scene, Scene):
         frames = tuple(task.frame or robot.tip for task in scene.tasks)
         constraints = scene.constraints.enforcing(trace.header["enforced"])
-        return Shown(trace["q"], frames, None, constraints, port, clouds, _margins(trace), trace.header["solver"])
-    from scenarios.hands_on.parts import build_parts
-    from scenarios.hands_on.plant import TOUCHED
-
+        around = [*_anatomy(build_parts(scene.anatomy), constraints), *clouds]
+        return Shown(trace["q"], frames, None, constraints, port, around, _margins(trace), trace.header["solver"])
     axis = robot.kinematics(scene.start).rotation(scene.shaft)[:, 2]
-    anatomy = [
-        Cloud(
-            name,
-            part.cloud.world_points,
-            part.cloud.radius * TOUCHED,
-            FORBIDDEN if name in scene.forbidden_parts else ALLOWED,
-        )
-        for name, part in build_parts(scene.anatomy, np.array(scene.port)).items()
-    ]
+    anatomy = _anatomy(build_parts(scene.anatomy, scene.port), scene.constraints)
     own = Port(scene.port, scene.port_radius, axis=axis)
     method = trace.header["enforcement"]
     return Shown(
@@ -78,6 +71,15 @@ def shown(trace: Trace, robot: Robot, port: Port | None, clouds: Sequence[Cloud]
         _forces(trace),
         method,
     )
+
+
+def _anatomy(parts: Mapping[str, Part], constraints: ConstraintSet) -> list[Cloud]:
+    """What can be touched of each part, in the colour of those that an enforced constraint is about."""
+    about = {c.second.name for c in constraints if c.enforced and isinstance(c.second, CloudElement)}
+    return [
+        Cloud(name, part.cloud.world_points, part.cloud.radius * TOUCHED, FORBIDDEN if name in about else ALLOWED)
+        for name, part in parts.items()
+    ]
 
 
 def _margins(trace: Trace) -> Rows:

@@ -10,7 +10,7 @@ import numpy as np
 
 from admittance.potential import repel
 from primitives.point_cloud import PointCloud
-from scenarios.hands_on.parts import Part, build_parts
+from scenarios.anatomy.parts import Part, build_parts
 from scenarios.hands_on.run import run_hands_on
 from scenarios.scene_file import load_any
 from tests.bench.harness import measure, statistics

@@ -40,7 +40,7 @@ APART, OPENING, RADIUS = (SCENE.constraints[name].safe_distance for name in ("C1
 """Safe distances of C1 (shafts), C2 (entry point) and C3 (cylinder), metres; that of C4 is 0."""
 
 GAIN, DAMPING = SCENE.task.gain, SCENE.task.damping
-ETA, LIMIT_ETA = float(SCENE.eta), SCENE.limit_eta
+ETA, LIMIT_ETA = float(SCENE.in_force.eta), SCENE.in_force.limit_eta
 
 
 def both(q):

@@ -14,7 +14,7 @@ from scenarios.analysis.hands_on_metrics import summary
 from scenarios.analysis.jerk import jerk
 from scenarios.analysis.penetration import penetration_depth, time_inside
 from scenarios.analysis.tangential import along_boundary, contacts, tangential_freedom
-from scenarios.hands_on.parts import build_parts
+from scenarios.anatomy.parts import build_parts
 from scenarios.hands_on.pull import Pull, Waypoint
 from scenarios.hands_on.run import run_hands_on
 from scenarios.scene_file import load_any

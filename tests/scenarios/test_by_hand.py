@@ -14,6 +14,7 @@ from scenarios.analysis.trace import Trace
 from scenarios.by_hand.hand import Guide, GuidingHand, offset, turn
 from scenarios.by_hand.metrics import summary
 from scenarios.by_hand.run import build, run_by_hand
+from scenarios.enforcement import chosen
 from scenarios.scene_file import dump_scene, load_any, load_scene
 
 VIOLATED = {
@@ -247,17 +248,16 @@ def test_keys_of_ones_own_and_every_mistake_at_its_line(tmp_path):
 
 def test_bad_arguments_say_what_is_wrong():
     scene = brief()
-    how = {"enforcement": "vfi", "period": None, "guard": "act", "seed": 0}
-    with pytest.raises(UnknownNameError, match="none, vfi"):
-        build(scene, **{**how, "enforcement": "both"})
+    with pytest.raises(UnknownNameError, match="admittance, both, none, vfi"):
+        chosen(scene, enforcement="bot")
     with pytest.raises(UnknownNameError, match='Did you mean "watch"'):
-        build(scene, **{**how, "guard": "watching"})
+        chosen(scene, guard="watching")
     with pytest.raises(InputError, match="without a hand"):
-        build(load_scene("S5"), **how)
+        build(load_scene("S5"), {})
     with pytest.raises(InputError, match="inertia of JointParameters"):
-        build(scene.with_changes(admittance=JointParameters((1.0, 1.0), 1.0)), **how)
+        build(scene.with_changes(admittance=JointParameters((1.0, 1.0), 1.0)), {})
     with pytest.raises(InputError, match="at most the scene's"):
-        build(scene.with_changes(duration=0.001), **{**how, "period": 0.01})
+        build(scene.with_changes(duration=0.001, period=0.01), {})
     for field, value in (("most", 0.0), ("stiffness", -1.0), ("tremor", np.nan), ("most_torque", "x")):
         with pytest.raises(InputError, match=f"{field} of the hand"):
             Guide(**{field: value})

@@ -16,8 +16,11 @@ from scenarios.by_hand.enforcement import enforce
 from scenarios.by_hand.hand import Guide
 from scenarios.by_hand.metrics import summary
 from scenarios.by_hand.run import build, run_by_hand
-from scenarios.joined import ENFORCEMENTS, SHARE, kept_farther
+from scenarios.enforcement import METHODS, chosen
+from scenarios.jobs import Choices
+from scenarios.joined import SHARE, kept_farther
 from scenarios.scene_file import dump_scene, load_any, load_scene
+from scenarios.session import prepare
 
 VIOLATED = {
     "S1-hand": ["C1", "C2", "C3", "C4"],
@@ -144,11 +147,11 @@ def test_the_wrist_does_not_fold_by_the_potentials():
     """Pushed at C4 it turns by what the hand's force alone turns it; a hand that holds the direction keeps it."""
     loose, held = Guide(most=20.0, turning_stiffness=0.0, turning_damping=0.0), Guide(most=20.0)
     turned = {}
-    for e in ENFORCEMENTS:
+    for e in METHODS:
         for hand in (loose, held):
             q = lead(towards("C4"), hand, enforcement=e, period=0.004, seconds=1.5).q
             turned[e, hand is held] = np.degrees(np.abs(q - q[0])[:, 6:8].max())
-    for e in ENFORCEMENTS[1:]:
+    for e in METHODS[1:]:
         assert turned[e, True] < 4.0 and abs(turned[e, False] - turned["none", False]) < 5.0
 
 
@@ -158,9 +161,9 @@ def test_integrators_are_those_of_potentials_alone():
     np.testing.assert_allclose(robust["q"], plain["q"], atol=1e-4)
     for enforcement, guard in (("vfi", None), ("both", None), ("admittance", "watch")):
         with pytest.raises(InputError, match="its steps are those of the semi-implicit integrator, got robust"):
-            build(SCENE, enforcement=enforcement, guard=guard, period=None, seed=0, integrator="robust")
+            build(chosen(SCENE, enforcement=enforcement, guard=guard), {}, "robust")
     with pytest.raises(UnknownNameError, match="Known: robust, semi-implicit"):
-        build(SCENE, enforcement="admittance", guard=None, period=None, seed=0, integrator="rk4")
+        build(chosen(SCENE, enforcement="admittance"), {}, "rk4")
 
 
 def test_the_potential_is_the_files(tmp_path):
@@ -173,7 +176,24 @@ def test_the_potential_is_the_files(tmp_path):
     again = tmp_path / "again.yaml"
     again.write_text(dump_scene(scene))
     assert load_scene(again) == scene
-    strong, weak = (enforce(scene, replace(p, k=k), "admittance", period=None, guard=None)[0] for k in (0.002, 0.001))
+    pushed = chosen(scene, enforcement="admittance")
+    strong, weak = (enforce(pushed, replace(p, k=k), {})[0] for k in (0.002, 0.001))
     assert (
         strong.ledger["potential"] == pytest.approx(2.0 * weak.ledger["potential"]) and weak.ledger["potential"] > 0.0
     )
+
+
+def test_jobs_of_the_command_line_run_them_all(tmp_path):
+    results = {}
+    for enforcement in PUSHED:
+        (job,) = prepare(["S5-hand"], Choices(enforcement=enforcement, period=0.008, out=tmp_path))
+        assert job.file == tmp_path / f"S5-hand-{enforcement}.mcap"
+        results[enforcement] = job.summary(job.run(None))
+    assert {e: (r["enforcement"], r["guard"], r["violated"]) for e, r in results.items()} == {
+        "admittance": ("admittance", "off", []),
+        "both": ("both", "act", []),
+    }
+    with pytest.raises(InputError, match="robust"):
+        prepare(["S5-hand"], Choices(enforcement="both", integrator="robust"))
+    with pytest.raises(UnknownNameError, match='Did you mean "admittance"'):
+        prepare(["S5-hand"], Choices(enforcement="admitance"))

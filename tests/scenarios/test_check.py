@@ -17,6 +17,7 @@ from scenarios.check.relations import contradiction
 from scenarios.check.report import RECOVERY, check_scene
 from scenarios.check.search import Search
 from scenarios.check.space import Space
+from scenarios.enforcement import Enforcement
 from scenarios.neurosurgery import scene
 from scenarios.run import run
 from scenarios.trajectory import PoseTrajectory, Waypoint
@@ -115,7 +116,7 @@ def test_joints_outside_and_near_their_limits():
 
 @pytest.mark.parametrize(("eta", "severity"), [(126.0, Severity.ERROR), (70.0, Severity.NOTE), (60.0, None)])
 def test_gains_times_the_period(eta, severity):
-    report = check_scene(replace(scene("S5"), eta={"": 0.5, "C2": eta}))
+    report = check_scene(replace(scene("S5"), enforcement=Enforcement(eta={"": 0.5, "C2": eta})))
     said = found(report, "gains")
     assert [f.severity for f in said] == ([] if severity is None else [severity])
     assert all(f.where == "C2" for f in said)
@@ -125,13 +126,15 @@ def test_gains_times_the_period(eta, severity):
 
 def test_a_task_and_limits_with_too_high_a_gain():
     s = scene("S5")
-    report = check_scene(replace(s, task=replace(s.task, gain=130.0), limit_eta=200.0))
+    report = check_scene(
+        replace(s, task=replace(s.task, gain=130.0), enforcement=Enforcement(eta=0.5, limit_eta=200.0))
+    )
     assert [f.where for f in found(report, "gains") if f.severity == Severity.ERROR] == ["joint limits", "task"]
     assert not found(report, "build")
 
 
 def test_a_constraint_without_an_eta_is_said_by_the_controller_and_left_out_elsewhere():
-    report = check_scene(replace(scene("S5"), eta={"C1": 0.5}))
+    report = check_scene(replace(scene("S5"), enforcement=Enforcement(eta={"C1": 0.5})))
     (said,) = found(report, "build")
     assert 'no eta for constraint "C2"' in said.what and not report.ok
     assert list(rows(report, "approach")) == ["C1"]
@@ -263,7 +266,7 @@ def test_the_speed_of_approach_is_the_largest_of_all_corners_of_the_velocity_lim
 
 
 def test_the_drift_along_a_cylinder_is_that_of_the_shafts_end_across_its_axis():
-    slow = replace(scene("S5"), eta={"": 0.5, "C3": 0.01})
+    slow = replace(scene("S5"), enforcement=Enforcement(eta={"": 0.5, "C3": 0.01}))
     space = space_of(slow)
     followed = follow(slow, space)
     ends = np.array([space.robot.kinematics(space.all_joints(x)).translation("moving/shaft")[:2] for x in followed.x])

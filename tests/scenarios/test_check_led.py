@@ -13,6 +13,7 @@ from primitives.constraint import Constraint, ConstraintSet
 from primitives.coverage import Gap
 from primitives.elements import Cloud, Plane, Point
 from primitives.point_cloud import PointCloud
+from scenarios.anatomy.parts import build_parts
 from scenarios.check import check_any
 from scenarios.check.clouds import check_clouds
 from scenarios.check.cue import balance
@@ -23,7 +24,7 @@ from scenarios.check.led import check_led
 from scenarios.check.report import RECOVERY
 from scenarios.check.space import Port, Space
 from scenarios.cli import app
-from scenarios.hands_on.parts import build_parts
+from scenarios.enforcement import Enforcement
 from scenarios.hands_on.pull import Pull, Waypoint
 from scenarios.hands_on.push import Push
 from scenarios.neurosurgery import scene as s_scene
@@ -218,7 +219,7 @@ def test_the_exit_code_says_what_was_found(tmp_path):
     fine = vfi("S5")
     assert fine.exit_code == 0 and "0 errors, 0 warnings, 4 notes" in fine.stdout
     broken = tmp_path / "broken.yaml"
-    broken.write_text(dump_scene(replace(s_scene("S5"), eta=200.0)))
+    broken.write_text(dump_scene(replace(s_scene("S5"), enforcement=Enforcement(eta=200.0))))
     done = vfi(broken)
     assert done.exit_code == 1 and "take eta <= 125 1/s" in done.stdout.replace("\n", " ")
     unknown = vfi("S55")

@@ -39,8 +39,11 @@ def scene(tmp_path):
 
 def test_every_cell_has_the_same_seeds_and_hand(scene):
     jobs = prepare_comparison(scene, Plan(["admittance", "vfi"], seeds=3), Choices(seed=5))
-    assert [(j.enforcement, j.seed) for j in jobs] == [(e, s) for e in ("admittance", "vfi") for s in (5, 6, 7)]
-    assert all(j.parts is jobs[0].parts and j.scene == jobs[0].scene for j in jobs)
+    cells = [(e, s) for e in ("admittance", "vfi") for s in (5, 6, 7)]
+    assert [(j.scene.in_force.method, j.scene.seed) for j in jobs] == cells
+    first = jobs[0].scene
+    alike = [j.scene.with_changes(seed=first.seed, enforcement=first.enforcement) for j in jobs]
+    assert all(j.parts is jobs[0].parts for j in jobs) and alike == [first] * len(jobs)
     assert jobs[0].scene.hand.tremor == TREMOR
     assert prepare_comparison(scene, Plan(["vfi"]), Choices())[0].scene.hand.tremor == 0.0
 

@@ -8,11 +8,12 @@ import pytest
 
 from primitives.errors import UnknownNameError
 from scenarios.analysis.hands_on_metrics import summary
+from scenarios.anatomy.parts import build_parts
+from scenarios.enforcement import METHODS, chosen
 from scenarios.hands_on.enforcement import ROUNDING, enforce
-from scenarios.hands_on.parts import build_parts
 from scenarios.hands_on.push import Push
 from scenarios.hands_on.run import run_hands_on
-from scenarios.joined import ENFORCEMENTS, SHARE
+from scenarios.joined import SHARE
 from scenarios.scene_file import load_any
 
 STEPS = (10.0, 20.0, 30.0)
@@ -63,7 +64,7 @@ def test_led_slowly_both_is_the_admittance(robot):
     """The potential stops the tool before a row acts at all; without it only the boundary does."""
     scene = load_any("bowl-tip", robot).with_changes(duration=6.0)
     parts = build_parts(scene.anatomy, np.array(scene.port))
-    found = {e: summary(run_hands_on(scene, parts=parts, enforcement=e), scene, parts) for e in ENFORCEMENTS[1:]}
+    found = {e: summary(run_hands_on(scene, parts=parts, enforcement=e), scene, parts) for e in METHODS[1:]}
     alone, rows, both = (found[e]["clearance_m"]["at_samples"] for e in ("admittance", "vfi", "both"))
     assert abs(found["both"]["constraint_work_J"]) < 1e-12, "no row acts"
     assert found["vfi"]["constraint_work_J"] < -1e-6
@@ -73,14 +74,13 @@ def test_led_slowly_both_is_the_admittance(robot):
 
 
 def test_unknown_enforcement_names_the_known_ones():
-    scene, parts = bowl("bowl-tip", 0.0)
     with pytest.raises(UnknownNameError, match="admittance, both, none, vfi"):
-        enforce("potential", scene, scene.build_robot(), parts)
+        chosen(bowl("bowl-tip", 0.0)[0], enforcement="potential")
 
 
 def test_where_the_controller_gives_no_command_it_holds_and_says_why():
     scene, parts = bowl("bowl-tip", 0.0)
-    admittance, method = enforce("vfi", scene, scene.build_robot(), parts)
+    admittance, method = enforce(chosen(scene, enforcement="vfi"), scene.build_robot(), parts)
     still, method._still = method._still, np.full(7, np.nan)
     motion = method.step(0.004, np.array([0.0, 0.0, -5.0, 0.0, 0.0, 0.0]))
     assert motion.state.name == "HOLD" and "no velocity keeps all" in motion.reason

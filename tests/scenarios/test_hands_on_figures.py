@@ -9,7 +9,7 @@ from primitives.constraint import ConstraintSet
 from scenarios.analysis import hands_on_figures as figures
 from scenarios.analysis.hands_on_metrics import clearance, port_offset
 from scenarios.analysis.tool_poses import shaft_lines
-from scenarios.hands_on.parts import build_parts
+from scenarios.anatomy.parts import build_parts
 from scenarios.hands_on.run import run_hands_on
 from scenarios.scene_file import load_any
 

@@ -13,7 +13,7 @@ from scenarios.analysis import hands_on_metrics as metrics
 from scenarios.analysis.hands_on_metrics import between, clearance, guided, port_offset, slipped, summary
 from scenarios.analysis.tool_poses import shaft_lines
 from scenarios.analysis.trace import Trace
-from scenarios.hands_on.parts import build_parts
+from scenarios.anatomy.parts import build_parts
 from scenarios.hands_on.run import run_hands_on
 from scenarios.scene_file import load_any
 

@@ -10,7 +10,7 @@ from primitives.errors import InputError, UnknownNameError
 from scenarios.analysis.hands_on_metrics import guided, summary
 from scenarios.analysis.tool_poses import shaft_lines
 from scenarios.analysis.trace import Trace
-from scenarios.hands_on.parts import build_parts
+from scenarios.anatomy.parts import build_parts
 from scenarios.hands_on.pull import Waypoint
 from scenarios.hands_on.push import Push
 from scenarios.hands_on.run import KIND, run_hands_on

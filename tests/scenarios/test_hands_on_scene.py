@@ -10,7 +10,7 @@ from admittance import NEURO8, TABLE_1, Admittance, Region
 from primitives.constraint import Constraint, ConstraintSet
 from primitives.elements import Cloud, Plane, Point, Segment
 from primitives.errors import FileError, InputError, UnknownNameError
-from scenarios.hands_on.parts import AnatomySource, build_parts, placed_cloud
+from scenarios.anatomy.parts import AnatomySource, build_parts, placed_cloud
 from scenarios.hands_on.pull import Pull, Waypoint
 from scenarios.hands_on.push import Push
 from scenarios.hands_on.scene import HandsOnScene
@@ -430,7 +430,7 @@ def test_a_scene_needs_no_anatomy(tmp_path):
     pushed = "hand: {wrenches: [{t: 0, force: [0, 0, 1]}]}"
     lines = [*VALID.splitlines()[:12], "constraints: []", pushed, "duration: 1"]
     scene = load_any(written(tmp_path, "\n".join(lines)))
-    assert (scene.anatomy, scene.parts, build_parts(None, np.zeros(3))) == (None, (), {})
+    assert (scene.anatomy, build_parts(None, np.zeros(3))) == (None, {})
     assert load_any(written(tmp_path, dump_hands_on(scene))) == scene
 
 

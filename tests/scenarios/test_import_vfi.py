@@ -253,7 +253,7 @@ def test_what_is_written_is_the_base_of_a_scene_with_the_same_constraints(tmp_pa
     assert "2 constraints" in done.stdout and "buffer 0.01" in done.stderr
     scene = load_any(file(tmp_path, SCENE, "scene.yaml"))
     imported = import_vfi(path, joint_frames=["a", "b", "tip"])
-    assert scene.constraints == imported.constraints and scene.eta == imported.eta
+    assert scene.constraints == imported.constraints and scene.enforcement.eta == imported.eta
     assert out.read_text() == to_yaml(imported)
 
 

@@ -9,7 +9,7 @@ import pytest
 from scenarios.analysis import hands_on_metrics, metrics
 from scenarios.analysis.between import clearance_between
 from scenarios.analysis.measures import MEASURES
-from scenarios.hands_on.parts import build_parts
+from scenarios.anatomy.parts import build_parts
 from scenarios.hands_on.run import run_hands_on
 from scenarios.run import run
 from scenarios.scene_file import load_any, load_scene

@@ -10,8 +10,8 @@ from typer.testing import CliRunner
 from primitives import dual_quaternion as dq
 from primitives.files.mesh_file import read_surface
 from scenarios.analysis.trace import Trace
+from scenarios.anatomy.parts import AnatomySource, build_parts
 from scenarios.cli import app
-from scenarios.hands_on.parts import AnatomySource, build_parts
 from scenarios.scene_file import load_any
 
 FOLDERS = [parent / "shared" / "data" / "kidney" for parent in Path(__file__).resolve().parents]

@@ -19,8 +19,8 @@ from scenarios.analysis.hands_on_view import view
 from scenarios.analysis.look import looks
 from scenarios.analysis.picture import Chart
 from scenarios.analysis.spread_chart import spread
+from scenarios.anatomy.parts import build_parts
 from scenarios.cli import app
-from scenarios.hands_on.parts import build_parts
 from scenarios.resolved import resolved_scene
 from tests.scenarios.comparisons import FIGURES, compared
 

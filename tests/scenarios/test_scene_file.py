@@ -16,12 +16,14 @@ from primitives.elements import Line, Point
 from primitives.errors import FileError, InputError, UnknownNameError
 from primitives.evaluate import evaluate
 from scenarios import neurosurgery
+from scenarios.enforcement import Enforcement
 from scenarios.includes import MAX_FILES
 from scenarios.scene import MAX_CYCLES, Scene
 from scenarios.scene_file import dump_scene, load_scene
 from scenarios.scenes import FOLDER, register_scene, scene_names, scene_path
 from scenarios.trajectory import PoseTrajectory, Waypoint
 from tests.primitives.broken_files import broken_data, broken_texts, changed, problems, survives
+from vfi.forms import Soft
 from vfi.tasks import PoseTask
 
 SCENES = ("S1", "S2", "S3", "S3-stiff-wrist", "S4", "S5")
@@ -58,8 +60,8 @@ reference:
     - {position: [0, 0, -0.1], rotation: [0, 0, 0.1]}
 period: 0.004
 duration: 3
-eta: {port: 2, "": 0.5}
-limit_eta: 4
+enforcement: {eta: {port: 2, "": 0.5}, limit_eta: 4}
+seed: 3
 limits: {joint7: [-0.2, 0.2]}
 """
 
@@ -131,7 +133,8 @@ def test_a_file_of_ones_own(tmp_path):
     assert scene.constraints["floor"].enforced
     assert scene.task == PoseTask("tip", 20.0, 1e-3, (1.0,) * 4 + (2.0,) * 4)
     assert scene.reference.waypoints[1] == Waypoint((0, 0, -0.1), (0, 0, 0.1))
-    assert (scene.eta, scene.limit_eta, scene.limits) == ({"port": 2, "": 0.5}, 4, {"joint7": (-0.2, 0.2)})
+    assert (scene.enforcement, scene.seed) == (Enforcement(eta={"port": 2, "": 0.5}, limit_eta=4), 3)
+    assert scene.limits == {"joint7": (-0.2, 0.2)}
     assert (scene.period, scene.duration, scene.reference.segment) == (0.004, 3.0, 2.0)
 
 
@@ -139,7 +142,8 @@ def test_what_a_file_leaves_out_is_the_default_of_python(tmp_path):
     text = changed(VALID, {18: None, 20: None, 21: None, 22: None, 19: "task: {}", 30: None, 31: None, 32: None})
     scene = load_scene(written(tmp_path, text))
     assert scene.task == PoseTask()
-    assert (scene.eta, scene.limit_eta, scene.limits) == (Scene.eta, Scene.limit_eta, {})
+    assert (scene.enforcement, scene.plant, scene.seed, scene.limits) == (Enforcement(), "kinematic", 0, {})
+    assert scene.in_force == ("vfi", 0.5, 5.0, "act", "free", 0.02, {})
     assert all(c.enforced for c in scene.constraints)
 
 
@@ -158,7 +162,8 @@ def test_dump_and_load_lose_nothing(tmp_path, name):
 def test_dump_and_load_lose_nothing_of_a_scene_with_everything(tmp_path):
     scene = load_scene(written(tmp_path, VALID))
     assert load_scene(written(tmp_path, dump_scene(scene))) == scene
-    third = scene.with_changes(start=np.full(8, 1 / 3), eta=np.float64(0.1), task=PoseTask(weight=np.ones(8) / 3))
+    how = Enforcement(eta=np.float64(0.1), reach=np.float64(0.03), forms={"port": Soft(np.float64(2e3))})
+    third = scene.with_changes(start=np.full(8, 1 / 3), enforcement=how, task=PoseTask(weight=np.ones(8) / 3))
     text = dump_scene(third)
     assert dump_scene(load_scene(written(tmp_path, text))) == text
     assert load_scene(written(tmp_path, text)).start == (1 / 3,) * 8
@@ -271,10 +276,30 @@ BROKEN = {
     "period zero": ({28: "period: 0"}, [(28, "period: expected a number > 0, got 0")]),
     "period with a unit": ({28: "period: 4 mm"}, [(28, 'got the text "4 mm", a length')]),
     "duration without end": ({29: "duration: 1e9"}, [(29, f"at most {MAX_CYCLES} periods of 0.004 s")]),
-    "eta of nothing": ({30: "eta: {prt: 2}"}, [(30, 'eta.prt: unknown constraint "prt". Did you mean "port"?')]),
-    "eta negative": ({30: "eta: {port: -2}"}, [(30, "eta.port: expected a number > 0, got -2")]),
-    "eta a list": ({30: "eta: [1]"}, [(30, "eta: expected a number, or a number a constraint")]),
-    "eta true": ({30: "eta: true"}, [(30, "eta: expected a number, got true")]),
+    "eta of nothing": (
+        {30: "enforcement: {eta: {prt: 2}}"},
+        [(30, 'enforcement.eta.prt: unknown constraint "prt". Did you mean "port"?')],
+    ),
+    "eta negative": ({30: "enforcement: {eta: {port: -2}}"}, [(30, "eta.port: expected a number > 0, got -2")]),
+    "eta a list": ({30: "enforcement: {eta: [1]}"}, [(30, "eta: expected a number, or a number a constraint")]),
+    "eta true": ({30: "enforcement: {eta: true}"}, [(30, "eta: expected a number, got true")]),
+    "eta of the scene": ({30: "eta: 2"}, [(30, 'unknown key "eta". Known: admittance, anatomy')]),
+    "no such method": ({30: "enforcement: vif"}, [(30, 'unknown enforcement "vif". Did you mean "vfi"?')]),
+    "method in keys": ({30: "enforcement: {method: vif}"}, [(30, 'method: unknown enforcement "vif". Did you mean')]),
+    "method a list": ({30: "enforcement: [vfi]"}, [(30, "expected one of none, admittance, vfi, both, or keys")]),
+    "method without a hand": ({30: "enforcement: both"}, [(30, "give it the keys hand and admittance")]),
+    "metric without a hand": ({30: "enforcement: {metric: joints}"}, [(30, "no hand leads this scene")]),
+    "guard": ({30: "enforcement: {guard: wach}"}, [(30, 'guard: unknown guard "wach". Did you mean "watch"?')]),
+    "form": ({30: "enforcement: {forms: {port: eqality}}"}, [(30, 'port: unknown form of a port "eqality". Did you')]),
+    "form of no port": ({30: "enforcement: {forms: {floor: soft}}"}, [(30, "only a line that is kept inside a")]),
+    "form of nothing": ({30: "enforcement: {forms: {prt: soft}}"}, [(30, 'unknown constraint "prt". Did you mean')]),
+    "form without weight": ({30: "enforcement: {forms: {port: {soft: 0}}}"}, [(30, "soft: expected a number > 0")]),
+    "form a list": ({30: "enforcement: {forms: {port: [1]}}"}, [(30, "rows, equality, soft, or {soft: weight}, got")]),
+    "reach a time": ({30: "enforcement: {reach: 5 ms}"}, [(30, "reach: expected a length")]),
+    "plant": ({31: "plant: mujoko"}, [(31, 'plant: unknown plant "mujoko". Did you mean "mujoco"?')]),
+    "seed": ({31: "seed: 1.5"}, [(31, "seed: expected a whole number, got the number 1.5")]),
+    "seed true": ({31: "seed: true"}, [(31, "seed: expected a whole number, got true")]),
+    "seed negative": ({31: "seed: -1"}, [(31, "seed: expected a number >= 0, got -1")]),
     "limits of no joint": ({32: "limits: {joint9: [0, 1]}"}, [(32, 'limits.joint9: unknown joint "joint9". Did you')]),
     "limits the wrong way": ({32: "limits: {joint7: [1, -1]}"}, [(32, "limits.joint7: expected two numbers, lower")]),
     "limits of three": ({32: "limits: {joint7: [1, 2, 3]}"}, [(32, "limits.joint7: expected two numbers, lower")]),
@@ -398,9 +423,12 @@ def test_a_base_may_not_be_a_link_out_of_the_folder(tmp_path):
         ({"period": 0.0}, "period of scene S1: expected a number > 0"),
         ({"duration": -1.0}, "duration of scene S1: expected a number > 0"),
         ({"duration": 1e6}, "at most 10000000 periods"),
-        ({"limit_eta": 0.0}, "limit_eta of scene S1"),
-        ({"eta": 0.0}, "eta of scene S1"),
-        ({"eta": {"C9": 1.0}}, 'unknown constraint "C9"'),
+        ({"enforcement": Enforcement(eta={"C9": 1.0})}, 'unknown constraint "C9"'),
+        ({"enforcement": Enforcement(forms={"C1": "equality"})}, 'form of constraint "C1"'),
+        ({"enforcement": Enforcement("both")}, "hand and admittance"),
+        ({"plant": "mujoko"}, 'unknown plant "mujoko"'),
+        ({"seed": 0.5}, "seed of scene S1: expected a whole number"),
+        ({"seed": -1}, "seed of scene S1: expected a number >= 0"),
         ({"limits": {"moving/joint7": (1.0, 1.0)}}, "expected lower < upper"),
     ],
 )
@@ -467,7 +495,8 @@ def test_ten_thousand_mutated_files_raise_nothing_foreign(tmp_path, text):
     "text",
     [
         "start: [" + "a, " * 999 + "]\n",
-        "eta: {" + ", ".join(f"k{i}: 1" for i in range(999)) + "}\nconstraints:\n" + "  - {name: c}\n" * 999,
+        "enforcement: {eta: {" + ", ".join(f"k{i}: 1" for i in range(999)) + "}}\n"
+        "constraints:\n" + "  - {name: c}\n" * 999,
         "robot: neuro8-pair\nlimits: {" + ", ".join(f"k{i}: [2, 1]" for i in range(999)) + "}\n",
         "enforce: [" + ", ".join(f"k{i}" for i in range(999)) + "]\nconstraints:\n"
         + "".join(f"  - {{name: k{i}k}}\n" for i in range(999)),

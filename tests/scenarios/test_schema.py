@@ -122,12 +122,18 @@ Z_AXIS = [0, 0, 0, 1, 0, 0, 0, 0]
 SHAFT = {"kind": "line", "frame": "shaft"}
 HANDS_ON = yaml.safe_load(dump_hands_on(load_any("bowl-tip")))
 CONE = {"kind": "cone", "name": "cone", "axis": "shaft", "around": [0, 0, 1], "angle": "30 deg"}
+PORT = {"kind": "rcm", "name": "port", "shaft": "shaft", "port": [0, 0, 0], "tolerance": "1 mm"}
 CONES = WALL | {"constraints": [CONE, CONE | {"name": "other", "axis": SHAFT}], "limits": {"joint7": [-0.2, 0.2]}}
 BY_HAND = yaml.safe_load(dump_scene(load_any("S5-hand")))
 RIGHT = {
     "as it is": {},
     "SI numbers": {"period": 0.004, "duration": 3},
-    "a rate": {"period": "250 Hz", "eta": {"table": "2 1/s", "": 1}},
+    "a rate": {"period": "250 Hz", "enforcement": {"eta": {"table": "2 1/s", "": 1}}},
+    "an enforcement by name": {"enforcement": "none", "plant": "mujoco", "seed": 7},
+    "an enforcement": {"enforcement": {"method": "vfi", "guard": "watch", "reach": "5 mm", "limit_eta": "2 Hz"}},
+    "an anatomy": {"anatomy": {"kind": "bowl", "cover": {"bowl": "3 mm"}, "turn": "20 deg"}},
+    "forms of a port": {"constraints": [PORT], "enforcement": {"forms": {"port": {"soft": 100}}}},
+    "a form by name": {"constraints": [PORT], "enforcement": {"forms": {"port": "equality"}}},
     "joints": {"start": [0, 0, "1 deg", 0, "25 cm", 0, 0, "0.1 rad"], "limits": {"joint7": ["-10 deg", 0.2]}},
     "a cone": {"constraints": [CONE]},
     "an element as axis": {"constraints": [CONE | {"axis": SHAFT}]},
@@ -156,7 +162,20 @@ WRONG = {
     "a mistake in a set": ({"sets": {"walls": [CONE | {"angle": "x"}]}, "use": ["walls"]}, "sets.walls[0].angle"),
     "text for a truth": ({"constraints": [CONE | {"enforced": "no"}]}, "constraints[0].enforced"),
     "no waypoint": ({"reference": {"segment": 1, "waypoints": []}}, "reference.waypoints"),
-    "negative gain": ({"eta": -1}, "eta"),
+    "negative gain": ({"enforcement": {"eta": -1}}, "enforcement.eta"),
+    "unknown method": ({"enforcement": "qp"}, "enforcement"),
+    "unknown guard": ({"enforcement": {"guard": "wacht"}}, "enforcement.guard"),
+    "key of an enforcement": ({"enforcement": {"gain": 2}}, "enforcement"),
+    "unknown form": (
+        {"constraints": [PORT], "enforcement": {"forms": {"port": "row"}}},
+        "enforcement.forms.port",
+    ),
+    "weight of nothing": (
+        {"constraints": [PORT], "enforcement": {"forms": {"port": {"soft": -1}}}},
+        "enforcement.forms.port.soft",
+    ),
+    "unknown plant": ({"plant": "gazebo"}, "plant"),
+    "half a seed": ({"seed": 0.5}, "seed"),
     "a name with spaces": ({"name": "my scene"}, "name"),
     "an own robot without file": ({"robot": {"tip": "hand"}}, "robot"),
     "a number in a set": ({"hand": {}, "admittance": {"inertia": 1, "damping": [1, "x"]}}, "admittance.damping[1]"),
@@ -167,6 +186,7 @@ HANDS_ON_WRONG = {
     "unknown integrator": ({"integrator": "magic"}, "integrator"),
     "unknown kind of anatomy": ({"anatomy": {"kind": "liver", "cover": {}}}, "anatomy.kind"),
     "unknown set": ({"parameters": {"set": "table-2"}}, "parameters.set"),
+    "unknown metric": ({"enforcement": {"metric": "free joints"}}, "enforcement.metric"),
     "a way nowhere": ({"hand": {"waypoints": [{"t": 1}]}}, "hand.waypoints[0]"),
     "a hand that does nothing": ({"hand": {"tremor": 0}}, "hand"),
     "no port": ({"port": None}, "port"),

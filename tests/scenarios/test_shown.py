@@ -3,7 +3,7 @@
 import numpy as np
 import pytest
 
-from scenarios.hands_on.parts import build_parts
+from scenarios.anatomy.parts import build_parts
 from scenarios.hands_on.run import run_hands_on
 from scenarios.robots import robots
 from scenarios.run import run

@@ -15,6 +15,7 @@ from scenarios.analysis.between import PARTS, margins_between
 from scenarios.analysis.metrics import summary
 from scenarios.cli import app
 from scenarios.coordination import SeparateControllers, constraints_of
+from scenarios.enforcement import Enforcement
 from scenarios.run import build, run
 from scenarios.scene_file import dump_scene, load_scene
 from tests.vfi.arms import Oracle
@@ -38,7 +39,9 @@ def gains(shared):
 def trace(way, period=0.008, guard="act", shared=0.5):
     if way == "none":
         return run(SCENE.with_changes(constraints=SCENE.constraints.enforcing(())), period=period)
-    return run(SCENE.with_changes(coordination=way, eta=gains(shared)), period=period, guard=guard)
+    return run(
+        SCENE.with_changes(coordination=way, enforcement=Enforcement(eta=gains(shared))), period=period, guard=guard
+    )
 
 
 def smallest(names, *args, **options):

@@ -1,11 +1,15 @@
-"""The anatomy of a scene: which surfaces, where they lie under the port, and the clouds that cover them."""
+"""The anatomy of a scene: which surfaces, where they lie, and the clouds that cover them.
+
+They are placed from a point: the entry port of a hands-on scene, the world's origin where a trajectory is followed.
+"""
 
 from collections.abc import Mapping
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from pathlib import Path
-from typing import NamedTuple, get_args
+from typing import NamedTuple, Self, get_args
 
 import numpy as np
+from numpy.typing import ArrayLike
 
 from primitives import dual_quaternion as dq
 from primitives.checks import Array, array, known, number
@@ -26,17 +30,17 @@ EXPECTED = 0.1
 
 @dataclass(frozen=True)
 class AnatomySource:
-    """Where the anatomy of a scene comes from and how it lies under the port.
+    """Where the anatomy of a scene comes from and how it lies, from the port, or the world's origin without one.
 
     Attributes
     ----------
     kind : "kidney" or "cortex", an organ with vessels; "bowl"; or "files". See `scenarios.anatomy`.
     cover : {part: d_c}, radius of the spheres that cover it, metres. Parts are "organ" and "vessels", or "bowl".
-    at : (3,) of the origin of a procedural anatomy, relative to the port, metres, world axes.
-    turn : about the world's z axis, rad; on files about the axis of the port.
+    at : (3,) of the origin of a procedural anatomy, relative to that point, metres, world axes.
+    turn : about the world's z axis, rad; of files about the axis down through that point.
     radius, opening : of a bowl, metres and rad.
     organ, vessels : files (PLY, STL, OBJ, GLB, PCD), of which one may be missing. unit : of their coordinates.
-    depth : of the nearest point of files below the port, metres.
+    depth : of the nearest point of files below that point, metres.
     gaps : "refuse" files of points that leave gaps wider than d_c, or "fill" them.
 
     Raises
@@ -77,6 +81,11 @@ class AnatomySource:
     def parts(self) -> tuple[str, ...]:
         """Names of the parts."""
         return part_names(self.kind, self.organ, self.vessels)
+
+    def located(self, folder: Path) -> Self:
+        """The same with whole paths of its files, from a folder where they do not say from where."""
+        organ, vessels = (str((folder / file).absolute()) if file else "" for file in (self.organ, self.vessels))
+        return replace(self, organ=organ, vessels=vessels)
 
 
 def part_names(kind: str, organ: object, vessels: object) -> tuple[str, ...]:
@@ -122,8 +131,13 @@ def placed_cloud(constraint: Constraint, parts: Mapping[str, Part]) -> PointClou
     return cloud if as_it_is else cloud.moved(dq.product(np.array(element.dual_quaternion), np.array(cloud.pose)))
 
 
-def build_parts(source: AnatomySource | None, port: Array, seed: int = 0) -> dict[str, Part]:
+ORIGIN = (0.0, 0.0, 0.0)
+
+
+def build_parts(source: AnatomySource | None, origin: ArrayLike = ORIGIN, seed: int = 0) -> dict[str, Part]:
     """Every part by name, at its place; the same for the same seed; none where there is no anatomy.
+
+    origin : (3,) the point from which it is placed, world, metres: the port of a hands-on scene.
 
     Raises
     ------
@@ -131,11 +145,12 @@ def build_parts(source: AnatomySource | None, port: Array, seed: int = 0) -> dic
     """
     if source is None:
         return {}
+    port = array(origin, (3,), "point from which the anatomy is placed")
     if source.kind == FILES:
         return _from_files(source, port, seed)
     half = 0.5 * source.turn
     turned = np.array([np.cos(half), 0.0, 0.0, np.sin(half)])
-    pose = dq.from_rotation_translation(turned, np.array(port) + source.at)
+    pose = dq.from_rotation_translation(turned, port + source.at)
     shapes: dict[str, Shape]
     if source.kind == "bowl":
         shapes = {"bowl": Bowl(source.radius, source.opening).placed(pose)}
@@ -160,9 +175,7 @@ def _from_files(source: AnatomySource, port: Array, seed: int) -> dict[str, Part
         pose = under_port(port, source.depth, vessels=vessels, organ=surfaces["organ"], turn=source.turn)
     else:
         top = vessels.vertices[np.argmax(vessels.vertices[:, 2])]
-        pose = dq.from_rotation_translation(
-            np.array([1.0, 0.0, 0.0, 0.0]), np.array(port) - [0.0, 0.0, source.depth] - top
-        )
+        pose = dq.from_rotation_translation(np.array([1.0, 0.0, 0.0, 0.0]), port - [0.0, 0.0, source.depth] - top)
     parts = {}
     for name, surface in surfaces.items():
         radius = source.cover[name]
