@@ -10,9 +10,11 @@ from primitives import dual_quaternion as dq
 from primitives.checks import Array, number
 from primitives.errors import FileError, InputError
 from primitives.files.table_file import read_table
+from scenarios.trajectory import Station
 
 COLUMNS = ("t", "x", "y", "z", "qw", "qx", "qy", "qz")
 """The header: seconds; metres, world; a unit quaternion, scalar first."""
+MOST_STATIONS = 12
 NO_UNIT = 1e-3
 """How far from 1 the norm of a recorded quaternion may be; what is nearer is rounding, and is normalised."""
 
@@ -53,6 +55,16 @@ class PoseRecord:
         turns = values[:, 4:] / norms[:, None]
         pairs = zip(turns, values[:, 1:4], strict=True)
         return values[:, 0], np.array([dq.from_rotation_translation(r.copy(), p.copy()) for r, p in pairs])
+
+    def check(self) -> None:
+        """Read the file once, so that what is wrong with it is told before anything runs."""
+        self.read()
+
+    def stations(self, first_orientation: ArrayLike) -> list[Station]:
+        """At most `MOST_STATIONS` of the records, evenly chosen with both ends; errors as for `read`."""
+        times, poses = self.read()
+        chosen = np.unique(np.linspace(0, len(times) - 1, min(len(times), MOST_STATIONS)).round().astype(int))
+        return [Station(f"record at {times[i]:g} s", float(times[i]), poses[i]) for i in chosen]
 
     def sample(self, first_orientation: ArrayLike, period: float, cycles: int) -> Array:
         """(cycles, 8) the reference at t = 0, T, 2 T, ... for a period T in seconds; errors as for `read`.

@@ -17,6 +17,7 @@ from scenarios.by_hand.hand import Guide
 from scenarios.enforcement import OPEN, Enforcement, InForce, check_led_along
 from scenarios.own_robot import OwnRobot, SceneRobot, entry_of
 from scenarios.plants import PLANTS
+from scenarios.pose_record import PoseRecord
 from scenarios.trajectory import PoseTrajectory
 from vfi.tasks import PoseTask
 
@@ -25,6 +26,8 @@ NAME = "[A-Za-z0-9][A-Za-z0-9._-]{0,63}"
 """Regular expression of the names of scenes."""
 ETA, LIMIT_ETA, REACH = 0.5, 5.0, 0.02
 """Where none is given: gains of the inequalities and of the joint limits, 1/s, and how far clouds get rows, metres."""
+Reference = PoseTrajectory | PoseRecord
+"""The way that a tool is led along."""
 COORDINATIONS = ("central", "static", "velocity")
 """How arms that a scene moves together are decided; see `scenarios.coordination`."""
 
@@ -103,7 +106,7 @@ class Scene:
     start: tuple[float, ...]
     constraints: ConstraintSet
     task: PoseTask | tuple[PoseTask, ...]
-    reference: PoseTrajectory | tuple[PoseTrajectory, ...]
+    reference: Reference | tuple[Reference, ...]
     period: float
     duration: float
     anatomy: AnatomySource | None = None
@@ -159,7 +162,7 @@ class Scene:
         return self.task if isinstance(self.task, tuple) else (self.task,)
 
     @property
-    def references(self) -> tuple[PoseTrajectory, ...]:
+    def references(self) -> tuple[Reference, ...]:
         """The reference of each task, in their order."""
         return self.reference if isinstance(self.reference, tuple) else (self.reference,)
 
@@ -198,7 +201,9 @@ class Scene:
     def located(self, folder: Path) -> Self:
         """The scene with whole paths of the files that it names, from a folder where it does not say from where."""
         robot = self.robot.located(folder) if isinstance(self.robot, OwnRobot) else self.robot
-        return replace(self, robot=robot, anatomy=self.anatomy.located(folder) if self.anatomy else None)
+        anatomy = self.anatomy.located(folder) if self.anatomy else None
+        ways = tuple(r.located(folder) if isinstance(r, PoseRecord) else r for r in self.references)
+        return replace(self, robot=robot, anatomy=anatomy, reference=ways)
 
     def with_changes(self, **changes: Any) -> Self:
         """The scene with other values of some attributes."""

@@ -1,10 +1,10 @@
 """What a scene file may hold: models of its keys, and a scene as plain data."""
 
-from typing import Annotated, Any, TypeVar
+from typing import Annotated, Any, Self, TypeVar
 
 import numpy as np
 from numpy.typing import ArrayLike
-from pydantic import AfterValidator, Field, ValidationInfo
+from pydantic import AfterValidator, ConfigDict, Field, ValidationInfo, model_validator
 
 from primitives.constraint import ConstraintSet
 from primitives.errors import InputError
@@ -29,7 +29,8 @@ from scenarios.enforcement import Enforcement, check_led_along
 from scenarios.enforcement_model import EnforcementField, Seed, enforcement_data
 from scenarios.own_robot_file import RobotField, robot_data
 from scenarios.plants import PLANTS
-from scenarios.scene import COORDINATIONS, NAME, Scene, check_duration, check_name
+from scenarios.pose_record import PoseRecord
+from scenarios.scene import COORDINATIONS, NAME, Reference, Scene, check_duration, check_name
 from scenarios.trajectory import PoseTrajectory, Waypoint
 from vfi.tasks import PoseTask
 
@@ -54,13 +55,38 @@ def _some(value: list[_WaypointModel]) -> list[_WaypointModel]:
 
 
 class _ReferenceModel(FileModel):
-    declares = PoseTrajectory
-    waypoints: Annotated[list[_WaypointModel], list_of(_WaypointModel), AfterValidator(_some), items(1)]
-    segment: Span
+    """Waypoints that are joined, or poses that were recorded.
 
-    def build(self) -> PoseTrajectory:
-        """The trajectory that is declared."""
-        waypoints = (Waypoint(_triple(w.position), _triple(w.rotation)) for w in self.waypoints)
+    Attributes
+    ----------
+    segment : seconds from one waypoint to the next; not of a record.
+    record : a CSV file of the scene's folder, with the header t,x,y,z,qw,qx,qy,qz: seconds, metres in the world, a unit
+        quaternion with its scalar first.
+    """
+
+    declares = PoseTrajectory
+    model_config = ConfigDict(json_schema_extra={"anyOf": [{"required": ["waypoints"]}, {"required": ["record"]}]})
+    waypoints: Annotated[list[_WaypointModel], list_of(_WaypointModel), AfterValidator(_some), items(1)] | None = None
+    segment: Span | None = None
+    record: Text | None = None
+
+    @model_validator(mode="after")
+    def _fits(self) -> Self:
+        self.build()
+        return self
+
+    def build(self) -> Reference:
+        """The reference that is declared."""
+        given = [name for name in ("waypoints", "record") if getattr(self, name) is not None]
+        if len(given) != 1:
+            raise InputError(f"expected waypoints or a record, got {' and '.join(given) or 'neither'}")
+        if self.record is not None:
+            if self.segment is not None:
+                raise InputError("segment cannot go with a record, which has its own times; leave it out")
+            return PoseRecord(self.record)
+        if self.segment is None:
+            raise InputError("waypoints need a segment, the seconds from one to the next")
+        waypoints = (Waypoint(_triple(w.position), _triple(w.rotation)) for w in self.waypoints or [])
         return PoseTrajectory(tuple(waypoints), self.segment)
 
 
@@ -205,7 +231,9 @@ def _task_data(task: PoseTask) -> dict[str, Any]:
     }
 
 
-def _reference_data(reference: PoseTrajectory) -> dict[str, Any]:
+def _reference_data(reference: Reference) -> dict[str, Any]:
+    if isinstance(reference, PoseRecord):
+        return {"record": reference.file}
     return {
         "waypoints": [{"position": _floats(w.position), "rotation": _floats(w.rotation)} for w in reference.waypoints],
         "segment": float(reference.segment),

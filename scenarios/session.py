@@ -61,6 +61,8 @@ class TrajectoryJob:
         """Build everything that the run will need; raises where something does not fit."""
         robot = build(self.scene, solver=self.solver, parts=self.parts).robot
         plant_of(self.scene, robot, self.parts)
+        for reference in self.scene.references:
+            reference.check()
 
     def run(self, progress: Progress) -> Trace:
         """See `Job`."""

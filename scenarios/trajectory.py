@@ -1,6 +1,7 @@
 """References that are known beforehand: poses joined by screw linear interpolation."""
 
 from dataclasses import dataclass
+from typing import NamedTuple
 
 import numpy as np
 from numpy.typing import ArrayLike
@@ -9,6 +10,19 @@ from primitives import conversions
 from primitives import dual_quaternion as dq
 from primitives.checks import Array, array, number
 from primitives.errors import InputError
+
+
+class Station(NamedTuple):
+    """A pose that a reference passes.
+
+    Attributes
+    ----------
+    name : what people call it. t : when, seconds. pose : (8,) unit dual quaternion.
+    """
+
+    name: str
+    t: float
+    pose: Array
 
 
 @dataclass(frozen=True)
@@ -74,6 +88,13 @@ class PoseTrajectory:
             turn = dq.exponential(np.r_[0.0, 0.5 * np.asarray(w.rotation), np.zeros(4)])[:4]
             out.append(dq.from_rotation_translation(dq.quaternion_product(turn, r0), np.array(w.position, dtype=float)))
         return np.array(out)
+
+    def check(self) -> None:
+        """Nothing that is not known already, unlike of a record."""
+
+    def stations(self, first_orientation: ArrayLike) -> list[Station]:
+        """The waypoints, when they are due; errors as for `poses`."""
+        return [Station(f"waypoint {i + 1}", i * self.segment, x) for i, x in enumerate(self.poses(first_orientation))]
 
     def sample(self, first_orientation: ArrayLike, period: float, cycles: int) -> Array:
         """(cycles, 8) the reference at t = 0, T, 2 T, ... for a period T in seconds; errors as for `poses`."""

@@ -16,6 +16,7 @@ from scenarios.check.finding import Finding, Part, Severity, amount
 from scenarios.check.space import Space
 from scenarios.plants.kinematic import KinematicPlant
 from scenarios.scene import Scene
+from scenarios.trajectory import Station
 from vfi.controller import Controller
 
 CHECK = "reference"
@@ -71,7 +72,8 @@ def follow(scene: Scene, space: Space) -> Followed:
     first = [robot.kinematics(start).pose(frame) for frame in on]
     pairs = list(zip(scene.references, first, strict=True))
     reference = np.hstack([r.sample(x[:4], period, cycles) for r, x in pairs])
-    waypoints = [(frame, pose) for frame, (r, x) in zip(on, pairs, strict=True) for pose in r.poses(x[:4])]
+    stations = [r.stations(x[:4]) for r, x in pairs]
+    waypoints = [(frame, station.pose) for frame, these in zip(on, stations, strict=True) for station in these]
     plant = KinematicPlant(start, space.decided, period, seed=0)
     measurement = plant.reset()
     d = len(space.decided)
@@ -93,15 +95,16 @@ def follow(scene: Scene, space: Space) -> Followed:
     held |= -v > _BINDING * limit_eta * (x - limits[0])
     fast = np.abs(v) > _BINDING * limits[2]
     off = tuple(_apart(pose, reference[0, 8 * i : 8 * i + 8]) for i, pose in enumerate(first))
-    return Followed(period, x, v, margins, _due(scene, on), linear, angular, off, fast, held & ~fast)
+    return Followed(period, x, v, margins, _due(on, stations), linear, angular, off, fast, held & ~fast)
 
 
-def _due(scene: Scene, on: list[str]) -> tuple[Due, ...]:
+def _due(on: list[str], stations: list[list[Station]]) -> tuple[Due, ...]:
     out = []
-    for frame, reference in zip(on, scene.references, strict=True):
-        count, of = len(reference.waypoints), f" of {frame}" if len(on) > 1 else ""
-        for i in range(count):
-            out.append(Due(f"waypoint {i + 1}{of}", i * reference.segment, reference.segment, i == count - 1))
+    for frame, these in zip(on, stations, strict=True):
+        of, times = f" of {frame}" if len(on) > 1 else "", [station.t for station in these]
+        apart = np.diff(times, append=2.0 * times[-1] - times[-2] if len(times) > 1 else times[-1] + 1.0)
+        for i, station in enumerate(these):
+            out.append(Due(f"{station.name}{of}", station.t, float(apart[i]), i == len(these) - 1))
     return tuple(out)
 
 
@@ -116,13 +119,13 @@ def check_reference(scene: Scene, space: Space, followed: Followed) -> Part:
     """Waypoints that are reached, limits that bind and constraints that are left on the way."""
     rows, findings = _waypoints(scene, followed)
     findings += _limits(space, followed) + _left(space, followed)
-    for task, off in zip(scene.tasks, followed.off, strict=True):
+    begin = [due.name for i, due in enumerate(followed.due) if not i or followed.due[i - 1].last]
+    for name, off in zip(begin, followed.off, strict=True):
         if off[0] > REACHED_LINEAR or off[1] > REACHED_ANGULAR:
-            of = f" of {task.frame}" if len(scene.tasks) > 1 else ""
             apart = f"{amount(off[0], 'm')} and {amount(off[1], 'rad')}"
             what = f"begins {apart} from the tip's first pose: the arm jumps there as fast as its limits allow"
-            advice = "put the first waypoint where the tip starts, or start there"
-            findings.append(Finding(Severity.WARNING, CHECK, f"waypoint 1{of}", what, advice, {"position_m": off[0]}))
+            advice = "let the reference begin where the tip starts, or start there"
+            findings.append(Finding(Severity.WARNING, CHECK, name, what, advice, {"position_m": off[0]}))
     method = f"followed on ideal joints with nothing enforced, T = {followed.period * 1e3:g} ms"
     return Part(CHECK, rows, findings, method)
 

@@ -6,7 +6,10 @@ import pytest
 
 from primitives import dual_quaternion as dq
 from primitives.errors import FileError, InputError
+from scenarios.check import check_any
 from scenarios.pose_record import COLUMNS, PoseRecord
+from scenarios.run import run
+from scenarios.scene_file import dump_scene, load_scene
 
 HEADER = ",".join(COLUMNS) + "\n"
 UPRIGHT = np.array([1.0, 0.0, 0.0, 0.0])
@@ -82,3 +85,49 @@ def test_missing_files_and_names_that_are_none(tmp_path):
     with pytest.raises(InputError, match="name of a CSV file"):
         PoseRecord("")
     assert PoseRecord("way.csv").located(tmp_path) == PoseRecord(str(tmp_path / "way.csv"))
+
+
+def recorded_s5(folder):
+    """S5 with what its waypoints give every 8 ms as a record."""
+    scene = load_scene("S5").with_changes(duration=2.0)
+    first = scene.build_robot().kinematics(np.array(scene.start)).pose("moving/tip")[:4]
+    rows = [(0.008 * k, dq.translation(x), x[:4]) for k, x in enumerate(scene.reference.sample(first, 0.008, 251))]
+    written(folder, rows)
+    lines = dump_scene(scene).splitlines()
+    kept, skipping = [], False
+    for line in lines:
+        skipping = line.startswith("reference:") or (skipping and line.startswith((" ", "-")))
+        kept += [] if skipping else [line]
+    (folder / "recorded.yaml").write_text("\n".join([*kept, "reference: {record: way.csv}", ""]))
+    return scene, folder / "recorded.yaml"
+
+
+def test_a_scene_may_follow_a_record(tmp_path):
+    scene, file = recorded_s5(tmp_path)
+    recorded = load_scene(file)
+    assert recorded.reference == PoseRecord(str(tmp_path / "way.csv"))
+    np.testing.assert_allclose(run(recorded)["q"], run(scene)["q"], atol=1e-9)
+    again = tmp_path / "again.yaml"
+    again.write_text(dump_scene(recorded))
+    assert load_scene(again) == recorded
+    report = check_any(recorded)
+    assert report.ok
+    (part,) = (p for p in report.parts if p.name == "reference")
+    assert [row["name"] for row in part.rows][:2] == ["record at 0 s", "record at 0.184 s"] and len(part.rows) == 12
+
+
+@pytest.mark.parametrize(
+    ("reference", "words"),
+    [
+        ("{record: way.csv, segment: 4 s}", "segment cannot go with a record"),
+        ("{segment: 4 s}", "expected waypoints or a record, got neither"),
+        ("{waypoints: [{position: [0, 0, 0]}]}", "waypoints need a segment"),
+        ("{record: way.csv, segment: 4 s, waypoints: [{position: [0, 0, 0]}]}", "got waypoints and record"),
+    ],
+)
+def test_references_that_are_neither_or_both(tmp_path, reference, words):
+    _, file = recorded_s5(tmp_path)
+    file.write_text(file.read_text().replace("{record: way.csv}", reference))
+    with pytest.raises(FileError) as caught:
+        load_scene(file)
+    assert words in str(caught.value) and "recorded.yaml:" in str(caught.value)

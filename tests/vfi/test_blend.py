@@ -34,17 +34,18 @@ class Loop:
         c = Constraint("floor", tip, floor, "outside", safe, enforced=enforced)
         self.c = Controller(SEVEN, ConstraintSet([c]), VelocityTask(), period=T, eta=eta, clouds=clouds, reach=0.02)
         self.q, self.k, self.down, self.margin, self.height, self.states = Q.copy(), 0, [], [], [], []
+        self.seen = SEVEN.kinematics(Q)
 
     def run(self, seconds: float) -> "Loop":
         for _ in range(round(seconds / T)):
-            J = SEVEN.kinematics(self.q).jacobian("frame7")[:3]
-            aside = SEVEN.kinematics(self.q).translation("frame7")[:2] - END[:2]
+            J, aside = self.seen.jacobian("frame7")[:3], self.seen.translation("frame7")[:2] - END[:2]
             wish = np.linalg.pinv(J) @ [*(-10.0 * aside), -0.04]
             found = self.c.step(Measurement(T * self.k, self.q, np.zeros(7)), wish)
             self.q, self.k = self.q + T * found.qdot, self.k + 1
+            self.seen = SEVEN.kinematics(self.q)
             self.down.append(-(J @ found.qdot)[2])
             self.margin.append(found.margins["floor"])
-            self.height.append(SEVEN.kinematics(self.q).translation("frame7")[2] - END[2] + 0.05)
+            self.height.append(self.seen.translation("frame7")[2] - END[2] + 0.05)
             self.states.append(found.state)
         return self
 

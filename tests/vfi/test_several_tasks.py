@@ -171,7 +171,7 @@ def test_refused(task, options, words):
 
 def test_reference_of_another_form_is_named():
     q, reference = situation(3)
-    c = Controller(PAIR, ConstraintSet(), TASKS, period=T)
+    c = Controller(PAIR, ConstraintSet(), TASKS, period=T, latch=None)
     command = c.step(Measurement(0.0, q, STILL), reference[:8])
     assert command.state == State.FAULT and not command.qdot.any()
     assert "of moving/tip and parked/tip, one after the other" in command.reason and "shape (16)" in command.reason

@@ -172,7 +172,7 @@ def test_defect_of_a_pose(x, expected):
 
 @pytest.mark.parametrize("factor", [0.999, 1.001, 0.0, -1.01])
 def test_reference_that_is_no_pose_is_a_fault_that_shows_it(factor):
-    c, reference = controller(), paper_reference(pair())(0.0)
+    c, reference = controller(latch=None), paper_reference(pair())(0.0)
     command = c.step(Measurement(0.0, START, np.zeros(16)), factor * reference)
     assert command.state == State.FAULT and not command.qdot.any()
     assert "unit dual quaternion" in command.reason and "|r| = " in command.reason
