@@ -113,7 +113,10 @@ class HandModel(FileModel):
 
     @model_validator(mode="after")
     def _fits(self) -> Self:
-        self.build()
+        try:
+            self.build()
+        except InputError as error:
+            gather(None, [((), str(error))])
         return self
 
     def elsewhere(self, parts: Sequence[str]) -> list[tuple[ValuePath, str]]:
