@@ -79,7 +79,8 @@ def print_comparison(scene: str, cells: Sequence[Cell], files: Sequence[Path], c
         lines = [list(line) for line in zip(*lines, strict=True)]
     table = plain_table(title=f"{scene}: {runs} run{'s' if runs > 1 else ''} each", caption=CAPTIONS[kind])
     for i, head in enumerate(lines[0]):
-        table.add_column(head, justify="left" if i == 0 or (i == 1 and not turned) else "right", no_wrap=True)
+        words = i == 0 or (i == 1 and not turned)
+        table.add_column(head, justify="left" if words else "right", no_wrap=not (words or turned))
     for line in lines[1:]:
         table.add_row(*line)
     console.print(table)
