@@ -14,6 +14,8 @@ from scenarios.hands_on.scene import HandsOnScene
 
 FELT = 1.0
 """N at the shaft's end from which on the boundary counts as felt."""
+ROUNDING = 1e-9
+"""N below which a force is what rounding left of terms that cancel; it counts as zero."""
 
 
 def boundary_force(trace: Trace, scene: HandsOnScene) -> Array:
@@ -32,6 +34,7 @@ def boundary_force(trace: Trace, scene: HandsOnScene) -> Array:
     aside = np.cross(left[:, 1:], away) / np.sum(away**2, axis=1)[:, None]
     out = np.zeros((len(left) + 1, 3))
     out[1:] = np.where(trace["limited"][1:, None] == 0.0, left[:, :1] * free.axes + aside, 0.0)
+    out[np.linalg.norm(out, axis=1) < ROUNDING] = 0.0
     return out
 
 
