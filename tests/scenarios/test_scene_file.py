@@ -28,7 +28,9 @@ from vfi.tasks import PoseTask
 
 SCENES = ("S1", "S2", "S3", "S3-stiff-wrist", "S4", "S5")
 BY_HAND = ("S1-hand", "S2-hand", "S3-hand", "S4-hand", "S5-hand")
-ALL_SCENES = tuple(sorted((*SCENES, *BY_HAND, "bowl-tip", "bowl-tool", "hands-on-tip", "hands-on-tool", "two-arms")))
+ALL_SCENES = tuple(
+    sorted((*SCENES, *BY_HAND, "bowl-path", "bowl-tip", "bowl-tool", "hands-on-tip", "hands-on-tool", "two-arms"))
+)
 
 VALID = """\
 # one arm, a wall
