@@ -1,4 +1,4 @@
-"""How a scene says that it is enforced: the same for every kind, what the command line changes, clouds on trajectories."""
+"""How a scene says that it is enforced: every kind alike, what the command line changes, clouds on trajectories."""
 
 import json
 from functools import cache
