@@ -74,6 +74,9 @@ def run(
             help="vfi (inequalities), none; with a hand also admittance (potentials), both; default: the scene's."
         ),
     ] = None,
+    hand: Annotated[
+        Path | None, typer.Option(help="Another hand than the scene's: a YAML file, or a recorded wrench as CSV.")
+    ] = None,
     metric: Annotated[
         str | None,
         typer.Option(help="Of a hand's motion: project in the free coordinates, or in the joints' (not passive)."),
@@ -102,6 +105,7 @@ def run(
             seed=seed,
             robot=robot,
             out=out,
+            hand=hand,
             plant=plant.value if plant is not None else None,
             enforcement=enforcement,
             metric=metric,

@@ -3,7 +3,7 @@
 from collections.abc import Callable
 from dataclasses import dataclass
 from pathlib import Path
-from typing import Any, Protocol
+from typing import Any, Protocol, Self
 
 from scenarios.analysis.trace import Trace
 from scenarios.enforcement import S, chosen
@@ -21,6 +21,7 @@ class Choices:
     solver : of scenes that follow a trajectory.
     enforcement, guard, metric : see `scenarios.enforcement.Enforcement`. plant, seed : see `Scene`.
     period : T, seconds. robot : another robot than the scene's. out : folder of traces.
+    hand : a file with another hand than the scene's, see `scenarios.hand_file`.
     integrator, form : of hands-on scenes. organ, vessels, unit : files in the place of their anatomy.
         fill_gaps : of files of points, instead of refusing them.
     """
@@ -32,6 +33,7 @@ class Choices:
     seed: int | None = None
     robot: str | None = None
     out: Path | None = None
+    hand: Path | None = None
     plant: str | None = None
     enforcement: str | None = None
     metric: str | None = None
@@ -52,7 +54,7 @@ class Job(Protocol):
     """One run that has been checked."""
 
     @property
-    def scene(self) -> object:
+    def scene(self) -> Any:
         """What is run."""
 
     @property
@@ -62,6 +64,9 @@ class Job(Protocol):
     @property
     def file(self) -> Path | None:
         """Where its trace goes."""
+
+    def again(self, seed: int, file: Path | None) -> Self:
+        """The same run with another seed, to another file."""
 
     def run(self, progress: Progress) -> Trace:
         """Do it."""

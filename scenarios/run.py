@@ -13,6 +13,7 @@ import numpy as np
 from primitives.constraint import ConstraintSet
 from primitives.errors import InputError
 from primitives.robot import Robot
+from scenarios.analysis.kinds import TRAJECTORY
 from scenarios.analysis.recorder import Recorder
 from scenarios.analysis.trace import Trace
 from scenarios.anatomy.parts import Part, build_parts
@@ -95,6 +96,7 @@ def no_collection() -> Iterator[None]:
 def header(scene: Scene, controller: Controller | SeparateControllers) -> Mapping[str, Any]:
     """Facts on a run, for its trace."""
     return {
+        "kind": TRAJECTORY,
         "scene": scene.name,
         "robot": str(scene.robot),
         "solver": controller.solver,

@@ -4,16 +4,17 @@ import json
 import sys
 from collections.abc import Mapping, Sequence, Set
 from contextlib import nullcontext
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from functools import cached_property
 from pathlib import Path
-from typing import Any
+from typing import Any, Self
 
 from primitives.errors import FileError, InputError, SolverError
-from scenarios.analysis.between import clearance_between
+from scenarios.analysis.kept import kept_summary
 from scenarios.analysis.metrics import summary
 from scenarios.analysis.trace import Trace
 from scenarios.anatomy.parts import Part, build_parts
+from scenarios.hand_file import with_hand
 from scenarios.jobs import Choices, Job, Progress
 from scenarios.robots import robots
 from scenarios.run import build, plant_of, run
@@ -25,8 +26,8 @@ ALL = "all"
 FOLLOWING, BY_HAND, HANDS_ON = "that follow a trajectory", "that follow a trajectory by hand", "led by a hand"
 HEEDED = {
     FOLLOWING: ("solver", "coordination", "plant", "enforcement"),
-    BY_HAND: ("enforcement", "metric", "integrator"),
-    HANDS_ON: ("plant", "enforcement", "metric", "integrator", "form", "organ", "vessels", "unit", "fill_gaps"),
+    BY_HAND: ("enforcement", "metric", "integrator", "hand"),
+    HANDS_ON: ("plant", "enforcement", "metric", "integrator", "form", "organ", "vessels", "unit", "fill_gaps", "hand"),
 }
 """Choices that not all kinds of scene heed, by the kind that does."""
 
@@ -43,12 +44,18 @@ class TrajectoryJob:
     def label(self) -> str:
         """See `Job`."""
         coordination = f" {self.scene.coordination}" if self.scene.arms else ""
-        return f"{self.scene.name} {self.solver}{coordination}"
+        return f"{self.scene.name} {self.scene.in_force.method} {self.solver}{coordination}"
 
     @cached_property
     def parts(self) -> Mapping[str, Part]:
         """The anatomy, built once."""
         return build_parts(self.scene.anatomy)
+
+    def again(self, seed: int, file: Path | None) -> Self:
+        """See `Job`."""
+        other = replace(self, scene=self.scene.with_changes(seed=seed), file=file)
+        other.__dict__["parts"] = self.parts
+        return other
 
     def check(self) -> None:
         """Build everything that the run will need; raises where something does not fit."""
@@ -63,14 +70,14 @@ class TrajectoryJob:
 
     def summary(self, trace: Trace) -> dict[str, Any]:
         """See `Job`."""
-        return summary(trace) | clearance_between(trace, self.scene, self.parts)
+        return summary(trace) | kept_summary(trace, self.scene, self.parts)
 
     def draw(self, trace: Trace, folder: Path) -> list[Path]:
         """Nothing alone: the figures of the VFI paper show several runs together."""
         return []
 
 
-def _fit(scene: Scene, robot: str | None) -> Scene:
+def fit(scene: Scene, robot: str | None) -> Scene:
     """The scene on another robot; says why where that cannot be."""
     if robot is None or robot == scene.robot:
         return scene
@@ -86,24 +93,34 @@ def _fit(scene: Scene, robot: str | None) -> Scene:
     return scene.with_changes(robot=robot)
 
 
+def trajectory_job(scene: Scene, choices: Choices) -> TrajectoryJob:
+    """The job of a scene as the command line changes it, with one solver and coordination, checked; without a file.
+
+    Raises what is wrong with it.
+    """
+    (coordinated,) = _coordinated(choices.applied_to(scene), choices.coordination)
+    job = TrajectoryJob(coordinated, choices.solver, None)
+    job.check()
+    return job
+
+
 def _trajectory(scene: Scene, choices: Choices) -> list[TrajectoryJob]:
     jobs = []
-    coordinated = _coordinated(choices.applied_to(scene), choices.coordination)
+    coordinated = _coordinated(scene, choices.coordination)
     for one in coordinated:
         for chosen in solvers.names() if choices.solver == ALL else (choices.solver,):
             suffix = f"-{one.coordination}" if len(coordinated) > 1 else ""
             suffix += f"-{choices.enforcement}" if choices.enforcement not in (None, "vfi") else ""
             suffix += f"-{chosen}" if choices.solver == ALL else ""
             file = choices.out / f"{scene.name}{suffix}.mcap" if choices.out is not None else None
-            job = TrajectoryJob(one, chosen, file)
             try:
-                job.check()
+                job = trajectory_job(one, replace(choices, solver=chosen, coordination=None))
             except SolverError as error:
                 if choices.solver != ALL:
                     raise
                 print(f"vfi: left out: {error}", file=sys.stderr)
                 continue
-            jobs.append(job)
+            jobs.append(replace(job, file=file))
     return jobs
 
 
@@ -155,14 +172,16 @@ def prepare(scenes: Sequence[str], choices: Choices) -> list[Job]:
         if names.count(name) > 1:
             raise InputError(f'scene "{name}" was named twice; its trace would be overwritten')
     _check_heeded(choices, {_kind(scene) for scene in loaded})
+    if (file := choices.hand) is not None:
+        loaded = [scene if _kind(scene) == FOLLOWING else with_hand(scene, file) for scene in loaded]
     jobs: list[Job] = []
     for scene in loaded:
         if isinstance(scene, Scene) and scene.hand is not None:
             from scenarios.by_hand.job import by_hand_job
 
-            jobs.append(by_hand_job(_fit(scene, choices.robot), choices))
+            jobs.append(by_hand_job(fit(scene, choices.robot), choices))
         elif isinstance(scene, Scene):
-            jobs += _trajectory(_fit(scene, choices.robot), choices)
+            jobs += _trajectory(fit(scene, choices.robot), choices)
         else:
             from scenarios.hands_on.job import hands_on_job
 

@@ -9,7 +9,7 @@ from docs.tables.__main__ import TABLES, markdown
 from tests.docs_page import agree
 
 PAGES = sorted((Path(__file__).parent.parent / "docs").glob("*.md"))
-SHOWN = re.compile(r"<!-- python -m docs\.tables (?P<name>\w+) -->\n\n(?P<table>(?:\|.*\n)+)")
+SHOWN = re.compile(r"<!-- python -m docs\.tables (?P<name>[\w-]+) -->\n\n(?P<table>(?:\|.*\n)+)")
 SLOW = ("period", "potential", "push", "metric", "hand-matrix", "hand-push")
 
 

@@ -9,12 +9,13 @@ import numpy as np
 from primitives.checks import Array
 from scenarios.analysis.free_motion import free_trace
 from scenarios.analysis.trace import Trace
+from scenarios.hands_on.enforcement import damps_implicitly
 from scenarios.hands_on.scene import HandsOnScene
 
-PROJECTED = ("vfi", "both")
-"""Enforcements whose steps take the damping at the velocity after the step, whatever the scene says."""
 FELT = 1.0
 """N at the shaft's end from which on the boundary counts as felt."""
+ROUNDING = 1e-9
+"""N below which a force is what rounding left of terms that cancel; it counts as zero."""
 
 
 def boundary_force(trace: Trace, scene: HandsOnScene) -> Array:
@@ -26,13 +27,14 @@ def boundary_force(trace: Trace, scene: HandsOnScene) -> Array:
     """
     period, masses = float(trace.header["period_s"]), np.array(scene.parameters.inertia)
     free = free_trace(trace, scene)
-    implicit = scene.parameters.implicit_damping or trace.header["enforcement"] in PROJECTED
+    implicit = damps_implicitly(trace.header["enforcement"], scene)
     damped = free.damping * (free.after if implicit else free.before)
     left = masses * (free.after - free.before) / period + damped - free.hand
     away = free.ends - np.array(scene.port)
     aside = np.cross(left[:, 1:], away) / np.sum(away**2, axis=1)[:, None]
     out = np.zeros((len(left) + 1, 3))
     out[1:] = np.where(trace["limited"][1:, None] == 0.0, left[:, :1] * free.axes + aside, 0.0)
+    out[np.linalg.norm(out, axis=1) < ROUNDING] = 0.0
     return out
 
 

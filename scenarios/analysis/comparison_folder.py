@@ -7,7 +7,7 @@ from pathlib import Path
 from typing import Any
 
 from primitives.errors import FileError
-from scenarios.analysis.cells import Cell, gather
+from scenarios.analysis.cells import VARIANT, Cell, gather
 from scenarios.analysis.trace import Trace
 
 RESULTS, TRACES, FIGURES, REPORT = "comparison.json", "traces", "figures", "report.html"
@@ -46,7 +46,8 @@ class Comparison:
 
 def trace_file(result: Mapping[str, Any]) -> Path:
     """Where in the folder the trace of a run is."""
-    names = [str(result[key]) for key in ("scene", "robot", "plant", "enforcement", "guard")]
+    keys = ("scene", "robot", "plant", *VARIANT[result["kind"]])
+    names = [str(result[key]) for key in keys if result.get(key)]
     return Path(TRACES) / f"{'-'.join(names)}-seed{result['seed']}.mcap".replace("/", "_")
 
 

@@ -9,6 +9,7 @@ import numpy as np
 
 from primitives.checks import Array
 from primitives.errors import InputError
+from scenarios.analysis.kinds import BY_HAND
 from scenarios.analysis.trace import Trace
 from scenarios.scene import Scene
 
@@ -140,15 +141,20 @@ def _apart(a: Trace, b: Trace, pairs: Mapping[str, tuple[Array, Array]]) -> dict
 
 def summary_of(trace: Trace) -> dict[str, Any]:
     """The figures of merit of a trace, whatever kind of scene it comes from."""
+    from scenarios.anatomy.parts import build_parts
     from scenarios.resolved import resolved_scene
 
     scene = resolved_scene(trace)
     if isinstance(scene, Scene):
-        from scenarios.analysis.metrics import summary
+        from scenarios.analysis.kept import kept_summary
 
-        return summary(trace)
+        if trace.header["kind"] == BY_HAND:
+            from scenarios.by_hand.metrics import summary
+        else:
+            from scenarios.analysis.metrics import summary
+
+        return summary(trace) | kept_summary(trace, scene, build_parts(scene.anatomy))
     from scenarios.analysis.hands_on_metrics import summary as hands_on_summary
-    from scenarios.anatomy.parts import build_parts
 
     return hands_on_summary(trace, scene, build_parts(scene.anatomy, scene.port))
 

@@ -1,20 +1,21 @@
 """Pictures as figures of matplotlib, for PNG and SVG."""
 
-from collections.abc import Iterable
+from collections.abc import Iterable, Sequence
 from typing import Any
 
-import numpy as np
 from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 from matplotlib.ticker import MaxNLocator
 from mpl_toolkits.mplot3d.axes3d import Axes3D  # type: ignore[import-untyped]
 
-from scenarios.analysis.figures import SLIMMEST
 from scenarios.analysis.picture import Chart, Panel, Picture, Space
 
 PIXELS = 110.0
 """Pixels of a page that make an inch."""
 WIDTH = 1040.0 / PIXELS
+MOST_COLUMNS = 6
+HANDLE, LETTER = 0.75, 0.072
+"""Inches that the line of a legend's entry takes with the space around it, and a letter."""
 DASHES = {"solid": "-", "dash": (0, (6, 4)), "dot": ":", "dashdot": "-."}
 MARKERS = {"dots": ("o", 3.0, 0.45), "diamonds": ("D", 7.0, 1.0)}
 
@@ -74,7 +75,18 @@ def _legend(made: Figure, axes: Iterable[Axes]) -> None:
         for handle, label in zip(*place.get_legend_handles_labels(), strict=True):
             found.setdefault(label, handle)
     if found:
-        made.legend(found.values(), found.keys(), loc="outside upper left", ncols=6, frameon=False)
+        columns = _columns(list(found))
+        made.legend(found.values(), found.keys(), loc="outside upper left", ncols=columns, frameon=False)
+
+
+def _columns(labels: Sequence[str]) -> int:
+    """How many entries of a legend stand side by side in the width of a figure; columns are filled downwards."""
+    widths = [HANDLE + LETTER * len(label) for label in labels]
+    for columns in range(min(MOST_COLUMNS, len(labels)), 1, -1):
+        rows = -(-len(labels) // columns)
+        if sum(max(widths[i : i + rows]) for i in range(0, len(widths), rows)) < WIDTH:
+            return columns
+    return 1
 
 
 def _space(space: Space) -> Figure:
@@ -84,16 +96,18 @@ def _space(space: Space) -> Figure:
     for dots in space.clouds:
         size, opacity = dots.size**2, dots.opacity
         axes.scatter(*dots.points.T, s=size, color=dots.colour, alpha=opacity, linewidths=0, label=dots.label)
+    named: set[str] = set()
     for label, points, colour, dash in space.paths:
-        axes.plot(*points.T, color=colour, linestyle=DASHES[dash], linewidth=1.8, label=label)
-    everything = np.vstack([*(d.points for d in space.clouds), *(points for _, points, _, _ in space.paths)])
-    low, high = everything.min(axis=0), everything.max(axis=0)
-    half = 0.5 * np.maximum(high - low, SLIMMEST * np.max(high - low))
-    for name, centre, h in zip("xyz", 0.5 * (low + high), half, strict=True):
-        getattr(axes, f"set_{name}lim")(centre - 1.05 * h, centre + 1.05 * h)
-        getattr(axes, f"set_{name}label")(space.axis_label.replace("x", name, 1), labelpad=8)
-        getattr(axes, f"{name}axis").set_major_locator(MaxNLocator(5))
-    axes.set_box_aspect(tuple(half), zoom=0.85)
+        shown = "_" if label in named else label
+        axes.plot(*points.T, color=colour, linestyle=DASHES[dash], linewidth=1.8, label=shown)
+        named.add(label)
+    middle, half = space.box()
+    for name, centre, h in zip("xyz", middle, half, strict=True):
+        getattr(axes, f"set_{name}lim")(centre - h, centre + h)
+        getattr(axes, f"set_{name}label")(space.axis_label.replace("x", name, 1), labelpad=10)
+        getattr(axes, f"{name}axis").set_major_locator(MaxNLocator(5, prune="both"))
+    axes.set_box_aspect(tuple(half), zoom=0.8)
     axes.view_init(elev=32, azim=-50)
-    made.legend(loc="outside upper left", ncols=6, frameon=False, markerscale=2.0)
+    columns = _columns([*(dots.label for dots in space.clouds), *named])
+    made.legend(loc="outside upper left", ncols=columns, frameon=False, markerscale=2.0)
     return made

@@ -13,6 +13,8 @@ DASHES = {"solid": "solid", "dash": "12px,7px", "dot": "dot", "dashdot": "dashdo
 SYMBOLS = {"dots": "circle", "diamonds": "diamond"}
 LEGEND, TITLE, FOOT = 34, 26, 52
 """Pixels for the legend above, a panel's title, and the axis below it."""
+EYE, CENTRE = {"x": 1.1, "y": -1.2, "z": 0.85}, {"x": 0.0, "y": 0.0, "z": -0.12}
+"""From where a figure in space is seen, and what is in the middle of the view, in lengths of its longest side."""
 DIGITS = 5
 
 
@@ -145,21 +147,26 @@ def _space(space: Space) -> dict[str, Any]:
     for dots in space.clouds:
         marker = {"size": dots.size, "color": dots.colour, "opacity": dots.opacity, "line": {"width": 0}}
         data.append(_points(dots.label, dots.points) | {"mode": "markers", "marker": marker, "hoverinfo": "name"})
+    named: set[str] = set()
     for label, points, colour, dash in space.paths:
-        line = {"color": colour, "width": 5, "dash": dash}
-        data.append(_points(label, points) | {"mode": "lines", "line": line})
+        line, first = {"color": colour, "width": 5, "dash": dash}, label not in named
+        one = {"mode": "lines", "line": line, "legendgroup": label, "showlegend": first}
+        data.append(_points(label, points) | one)
+        named.add(label)
     layout = _layout(640)
+    middle, half = space.box()
     axes = {
         f"{name}axis": {
             "title": {"text": space.axis_label.replace("x", name, 1)},
             "gridcolor": GRID,
             "backgroundcolor": "white",
             "showspikes": False,
+            "range": plain(np.array([centre - h, centre + h])),
         }
-        for name in "xyz"
+        for name, centre, h in zip("xyz", middle, half, strict=True)
     }
-    eye = {"x": 1.15, "y": -1.25, "z": 1.05}
-    layout["scene"] = {**axes, "aspectmode": "data", "camera": {"eye": eye}}
+    sides = dict(zip("xyz", plain(half / np.max(half)), strict=True))
+    layout["scene"] = {**axes, "aspectmode": "manual", "aspectratio": sides, "camera": {"eye": EYE, "center": CENTRE}}
     layout["margin"] = {"l": 0, "r": 0, "t": LEGEND, "b": 0}
     return {"data": data, "layout": layout}
 

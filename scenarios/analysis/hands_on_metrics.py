@@ -116,6 +116,7 @@ def summary(trace: Trace, scene: HandsOnScene, parts: Mapping[str, Part]) -> dic
     push, jerks = np.linalg.norm(boundary_force(trace, scene), axis=1), jerk(ends, period)
     touching = (np.linalg.norm(trace["repulsion"], axis=1) > 0.0) | (push > FELT)
     return {
+        "kind": header["kind"],
         "scene": header["scene"],
         "robot": header["robot"],
         "plant": header["plant"],

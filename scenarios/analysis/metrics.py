@@ -30,16 +30,42 @@ def task_error(error: Array) -> dict[str, float]:
     return {"max": float(norm.max()), "rms": float(np.sqrt(np.mean(norm**2)))}
 
 
-def _error_by_task(trace: Trace) -> dict[str, Any]:
-    """Of several tasks the error of each, and how far its frame is from where it is wanted, metres."""
+def position_error(trace: Trace, tool: int = 0) -> Array:
+    """(k,) metres from where a tool is to where it is wanted, at the beginning of each cycle."""
+    place = slice(8 * tool, 8 * tool + 8)
+    apart = positions(trace["pose"][:, place]) - positions(trace["reference"][:, place])
+    out: Array = np.linalg.norm(apart, axis=1)
+    return out
+
+
+def orientation_error(trace: Trace, tool: int = 0) -> Array:
+    """(k,) rad from how a tool is turned to how it is wanted, at the beginning of each cycle."""
+    place = slice(8 * tool, 8 * tool + 4)
+    r, wanted = trace["pose"][:, place], trace["reference"][:, place]
+    # Unit quaternions of a turn by an angle lie 2 sin(angle / 4) apart.
+    chord = np.minimum(np.linalg.norm(r - wanted, axis=1), np.linalg.norm(r + wanted, axis=1))
+    out: Array = 4.0 * np.arcsin(np.minimum(0.5 * chord, 1.0))
+    return out
+
+
+def largest_and_rms(values: Array) -> dict[str, float]:
+    """{"max", "rms"} of values (k,)."""
+    return {"max": float(values.max()), "rms": float(np.sqrt(np.mean(values**2)))}
+
+
+def _errors(trace: Trace) -> dict[str, Any]:
+    """How far the tool is from where it is wanted; of several tools also the error of each task."""
     frames = trace.header.get("tasks", ())
     if len(frames) < 2:
-        return {}
+        return {
+            "position_error_m": largest_and_rms(position_error(trace)),
+            "orientation_error_rad": largest_and_rms(orientation_error(trace)),
+        }
     errors, distances = {}, {}
     for k, frame in enumerate(frames):
         place = slice(8 * k, 8 * k + 8)
         errors[frame] = task_error(trace["error"][:, place])
-        distances[frame] = task_error(positions(trace["pose"][:, place]) - positions(trace["reference"][:, place]))
+        distances[frame] = largest_and_rms(position_error(trace, k))
     return {"task_error_of": errors, "tip_distance_m": distances}
 
 
@@ -56,6 +82,7 @@ def summary(trace: Trace) -> dict[str, Any]:
     p5, median, p99 = (float(p) for p in np.percentile(times, [5, 50, 99]))
     states = trace["state"]
     return {
+        "kind": header["kind"],
         "scene": header["scene"],
         "robot": header["robot"],
         "solver": header["solver"],
@@ -76,7 +103,7 @@ def summary(trace: Trace) -> dict[str, Any]:
         "stopped_cycles": int(np.count_nonzero(states > 1.0)),
         "events": [event._asdict() for event in trace.events[:EVENTS]],
         "task_error": task_error(trace["error"]),
-        **_error_by_task(trace),
+        **_errors(trace),
         "acceleration_rms": acceleration_rms(trace, len(trace.records) * float(header["period_s"])),
         "acceleration_rms_last_2s": acceleration_rms(trace),
         "cycle_us": {"p5": p5, "median": median, "p99": p99, "max": float(times.max())},

@@ -7,6 +7,8 @@ from collections.abc import Mapping
 from dataclasses import dataclass, field
 from typing import Literal
 
+import numpy as np
+
 from primitives.checks import Array
 
 GREY, BLUE, VERMILION, GREEN, ORANGE, SKY, PURPLE, BLACK = (
@@ -21,6 +23,8 @@ GREY, BLUE, VERMILION, GREEN, ORANGE, SKY, PURPLE, BLACK = (
 )
 """The colours of M. Okabe and K. Ito, told apart with any colour vision, and two greys."""
 Dash = Literal["solid", "dash", "dot", "dashdot"]
+SLIMMEST, ROOM = 0.4, 1.05
+"""Least extent of an axis in space as a share of the longest one, and how much longer than what it shows it is."""
 
 
 @dataclass(frozen=True)
@@ -97,7 +101,10 @@ class Dots:
 
 @dataclass(frozen=True)
 class Space:
-    """Paths among points in space; coordinates as axis_label says, "x" being replaced by the axis' name."""
+    """Paths among points in space; coordinates as axis_label says, "x" being replaced by the axis' name.
+
+    Paths of one label are of one run.
+    """
 
     name: str
     title: str
@@ -105,6 +112,13 @@ class Space:
     axis_label: str
     clouds: tuple[Dots, ...]
     paths: tuple[tuple[str, Array, str, Dash], ...]
+
+    def box(self) -> tuple[Array, Array]:
+        """Middle and half the extent (3,) of the axes; none is shorter than `SLIMMEST` of the longest."""
+        everything = np.vstack([*(d.points for d in self.clouds), *(points for _, points, _, _ in self.paths)])
+        low, high = everything.min(axis=0), everything.max(axis=0)
+        half = 0.5 * np.maximum(high - low, SLIMMEST * np.max(high - low))
+        return 0.5 * (low + high), ROOM * half
 
 
 Picture = Chart | Space

@@ -6,16 +6,19 @@ from importlib.resources import files
 from pathlib import Path
 from typing import Any
 
-import numpy as np
-
 from primitives.errors import FileError, InputError
 from scenarios.analysis import draw_matplotlib, draw_plotly, report_table
 from scenarios.analysis.cells import GUARDED, Cell
-from scenarios.analysis.comparison_charts import pictures
 from scenarios.analysis.comparison_folder import FIGURES, REPORT, Comparison
 from scenarios.analysis.figures import save
+from scenarios.analysis.followed_charts import followed_pictures
+from scenarios.analysis.followed_view import followed_view
+from scenarios.analysis.hands_on_charts import pictures
+from scenarios.analysis.hands_on_view import view
+from scenarios.analysis.kept import to_keep
+from scenarios.analysis.kinds import BY_HAND, HANDS_ON, TRAJECTORY
+from scenarios.analysis.look import looks
 from scenarios.analysis.picture import Picture
-from scenarios.analysis.run_view import view
 from scenarios.analysis.spread_chart import spread
 from scenarios.analysis.statistics import FEWEST, LEVEL, RESAMPLES
 from scenarios.anatomy.parts import build_parts
@@ -23,6 +26,14 @@ from scenarios.hands_on.scene import HandsOnScene
 from scenarios.resolved import resolved_scene
 
 TEMPLATE = "report.html.j2"
+SAME = {
+    HANDS_ON: "The same hand, anatomy and seeds",
+    BY_HAND: "The same hand, constraints and seeds",
+    TRAJECTORY: "The same reference and constraints",
+}
+"""What all cells of an arm have in common."""
+FACTS = {"plant": "plant", "integrator": "integrator", "solver": "solver", "coordination": "coordination"}
+"""What is said of how the runs were made, and the key of a result that says it."""
 
 
 def write_report(comparison: Comparison, progress: Callable[[float], None] | None = None) -> list[Path]:
@@ -64,11 +75,12 @@ def _pictures(comparison: Comparison, cells: Sequence[Cell]) -> tuple[list[Pictu
     """What is drawn of one arm, from the first seed of each of its cells, and its scene as YAML."""
     traces = [comparison.trace(cell.runs[0]) for cell in cells]
     scene = resolved_scene(traces[0])
-    if not isinstance(scene, HandsOnScene):
-        raise InputError(f'scene "{scene.name}" follows a trajectory; a report takes scenes that a hand leads')
-    parts = build_parts(scene.anatomy, np.array(scene.port))
-    views = [view(cell, trace, scene, parts) for cell, trace in zip(cells, traces, strict=True)]
-    drawn = pictures(views, scene, parts)
+    runs = list(zip(cells, looks(cells), traces, strict=True))
+    if isinstance(scene, HandsOnScene):
+        parts = build_parts(scene.anatomy, scene.port)
+        drawn = pictures([view(cell, look, trace, scene, parts) for cell, look, trace in runs], scene, parts)
+    else:
+        drawn = followed_pictures([followed_view(*run) for run in runs], to_keep(scene))
     if len(cells[0].runs) > 1:
         drawn.insert(0, spread(cells))
     return drawn, str(traces[0].header["resolved_scene"])
@@ -104,13 +116,21 @@ def _facts(comparison: Comparison, cells: Sequence[Cell], arms: Sequence[str]) -
     return {
         "scene": first["scene"],
         "arms": arms,
-        "methods": list(dict.fromkeys(cell.name for cell in cells)),
+        "methods": (", " if all("," not in cell.name for cell in cells) else "; ").join(
+            dict.fromkeys(cell.name for cell in cells)
+        ),
         "runs": len(comparison.results),
         "seeds": f"{seeds[0]} to {seeds[-1]}" if len(seeds) > 1 else str(seeds[0]),
         "per_cell": len(seeds),
-        "plant": first["plant"],
+        "same": SAME[first["kind"]],
+        "random": first["kind"] != TRAJECTORY,
+        "kind": first["kind"],
+        "made": {
+            label: ", ".join(dict.fromkeys(str(r[key]) for r in comparison.results))
+            for label, key in FACTS.items()
+            if first.get(key)
+        },
         "period_ms": f"{1e3 * float(first['period_s']):g}",
-        "integrator": first["integrator"],
         "guards": ", ".join(dict.fromkeys(GUARDED[cell.guard] for cell in cells)),
         "versions": first["versions"],
         "command": comparison.command,

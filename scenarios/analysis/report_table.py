@@ -4,8 +4,12 @@ from collections.abc import Sequence
 from typing import NamedTuple
 
 from scenarios.analysis.cells import Cell, difference
-from scenarios.analysis.measures import MEASURES, Measure
+from scenarios.analysis.kinds import HANDS_ON
+from scenarios.analysis.measures import Measure
 from scenarios.analysis.statistics import Interval
+
+NOUGHT = 1e-15
+"""What is smaller is rounding."""
 
 
 class Entry(NamedTuple):
@@ -28,9 +32,9 @@ class Row(NamedTuple):
 
 def shown(value: float) -> str:
     """A number to three or four digits, with a true minus."""
-    if value == 0.0:
-        return "0"
     size = abs(value)
+    if size < NOUGHT:
+        return "0"
     text = f"{value:.1e}" if size < 1e-3 or size >= 1e5 else f"{value:.3g}" if size < 1000.0 else f"{value:.0f}"
     return text.replace("-", "\N{MINUS SIGN}")
 
@@ -50,7 +54,7 @@ def _entry(cell: Cell, measure: Measure) -> Entry:
     worst = cell.worst(measure)
     better = measure.key in cell.better
     if worst is not None:
-        alarm = measure.key == "clearance_m.between_samples" and worst < 0.0
+        alarm = measure.alarm is not None and worst < measure.alarm
         detail = f"worst; median {shown(measure.scale * found.median)}" if many else ""
         return Entry(shown(measure.scale * worst), detail, better, void, alarm)
     return Entry(shown(measure.scale * found.median), _range(found, measure.scale), better, void)
@@ -61,13 +65,31 @@ def _count(cells: Sequence[Cell], what: str) -> tuple[Entry, ...]:
     return tuple(Entry(f"{n} of {total}", alarm=n > 0) for n, total in numbers)
 
 
+def _violated(cell: Cell) -> Entry:
+    """Which constraints some run violated, those to keep in large."""
+    names = list(dict.fromkeys(name for r in cell.runs for name in r["violated"]))
+    keep = [name for name in names if name in cell.runs[0]["to_keep"]]
+    others = [name for name in names if name not in keep]
+    detail = f"watched: {', '.join(others)}" if others else ""
+    return Entry(", ".join(keep) or "nothing", detail, alarm=bool(keep))
+
+
+def _outcome(cells: Sequence[Cell]) -> list[Row]:
+    """What went wrong, in so many runs."""
+    if cells[0].kind == HANDS_ON:
+        return [
+            Row("runs that entered the region", "", _count(cells, "entered")),
+            Row("runs that slipped off it", "", _count(cells, "slipped")),
+        ]
+    violated = Row("violated", "", tuple(_violated(cell) for cell in cells))
+    many = any(len(cell.runs) > 1 for cell in cells)
+    return [violated, Row("runs that violated one to keep", "", _count(cells, "entered"))] if many else [violated]
+
+
 def rows(cells: Sequence[Cell]) -> list[Row]:
-    """The cells of one arm side by side: how many runs entered or slipped, then every measure that any cell has."""
-    out = [
-        Row("runs that entered the region", "", _count(cells, "entered")),
-        Row("runs that slipped off it", "", _count(cells, "slipped")),
-    ]
-    for measure in MEASURES:
+    """The cells of one arm side by side: what went wrong, then every measure that any cell has."""
+    out = _outcome(cells)
+    for measure in cells[0].measures:
         if any(cell.interval(measure) for cell in cells):
             out.append(Row(measure.label, measure.unit, tuple(_entry(cell, measure) for cell in cells)))
     return out
@@ -78,7 +100,7 @@ def differences(cells: Sequence[Cell]) -> tuple[list[str], list[Row]]:
     able = [c for c in cells if c.bounded]
     pairs = [(a, b) for i, a in enumerate(able) for b in able[i + 1 :]]
     lines = []
-    for measure in MEASURES:
+    for measure in cells[0].measures:
         entries = []
         for a, b in pairs:
             found = difference(measure, a, b)
@@ -93,7 +115,7 @@ def differences(cells: Sequence[Cell]) -> tuple[list[str], list[Row]]:
 
 def merits(cells: Sequence[Cell]) -> list[tuple[str, str]]:
     """For every cell that was better at something: its name, and at what."""
-    labels = {m.key: m.label for m in MEASURES}
+    labels = {m.key: m.label for m in cells[0].measures}
     return [(c.name, "; ".join(labels[k] for k in labels if k in c.better)) for c in cells if c.better]
 
 

@@ -5,9 +5,9 @@ from collections.abc import Sequence
 import numpy as np
 
 from scenarios.analysis.cells import Cell
-from scenarios.analysis.measures import MEASURES, Measure
+from scenarios.analysis.look import Look, looks
+from scenarios.analysis.measures import Measure
 from scenarios.analysis.picture import Chart, Line, Panel
-from scenarios.analysis.run_view import look
 from scenarios.analysis.statistics import LEVEL
 
 SHOWN = (
@@ -17,14 +17,18 @@ SHOWN = (
     "mean_force_N",
     "jerk_m_s3.rms",
     "tangential_freedom",
+    "position_error_m.rms",
+    "acceleration_rms",
 )
+"""Keys of the measures that are drawn, of those that a kind of scene has."""
 ABOVE = 0.22
 """How far above its cell's line the dots of the runs stand, in lines."""
 
 
 def spread(cells: Sequence[Cell]) -> Chart:
     """One panel a measure, one line a cell of one arm."""
-    panels = [_panel(m, cells) for m in MEASURES if m.key in SHOWN and any(c.interval(m) for c in cells)]
+    shown = [m for m in cells[0].measures if m.key in SHOWN and any(c.interval(m) for c in cells)]
+    panels = [_panel(measure, cells, looks(cells)) for measure in shown]
     caption = (
         f"Dots: one run each. Diamonds: medians; bars: {LEVEL:.0%} bootstrap intervals of the median. Cells may "
         "overlap here and still differ seed by seed: the marks rest on paired differences, which take out what a seed "
@@ -33,13 +37,12 @@ def spread(cells: Sequence[Cell]) -> Chart:
     return Chart("spread", "Every seed", caption, tuple(panels), columns=2, panel_height=150, shared_x=False)
 
 
-def _panel(measure: Measure, cells: Sequence[Cell]) -> Panel:
+def _panel(measure: Measure, cells: Sequence[Cell], styles: Sequence[Look]) -> Panel:
     lines: list[Line] = []
-    for row, cell in enumerate(reversed(cells)):
+    for row, (cell, (colour, _)) in enumerate(zip(reversed(cells), reversed(styles), strict=True)):
         found = cell.interval(measure)
         if found is None:
             continue
-        colour, _ = look(cell)
         values = measure.scale * np.array(cell.values(measure))
         lines.append(Line("", values, np.full(len(values), row + ABOVE), colour, marks="dots"))
         if found.low is not None and found.high is not None:

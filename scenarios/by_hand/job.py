@@ -1,10 +1,10 @@
 """One run by hand, as a job of a session."""
 
 from collections.abc import Mapping
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from functools import cached_property
 from pathlib import Path
-from typing import Any
+from typing import Any, Self
 
 from scenarios.analysis.trace import Trace
 from scenarios.anatomy.parts import Part, build_parts
@@ -32,16 +32,22 @@ class ByHandJob:
         """The anatomy, built once."""
         return build_parts(self.scene.anatomy)
 
+    def again(self, seed: int, file: Path | None) -> Self:
+        """See `Job`."""
+        other = replace(self, scene=self.scene.with_changes(seed=seed), file=file)
+        other.__dict__["parts"] = self.parts
+        return other
+
     def run(self, progress: Progress) -> Trace:
         """See `Job`."""
         return run_by_hand(self.scene, integrator=self.integrator, out=self.file, progress=progress, parts=self.parts)
 
     def summary(self, trace: Trace) -> dict[str, Any]:
         """See `Job`."""
-        from scenarios.analysis.between import clearance_between
+        from scenarios.analysis.kept import kept_summary
         from scenarios.by_hand.metrics import summary
 
-        return summary(trace) | clearance_between(trace, self.scene, self.parts)
+        return summary(trace) | kept_summary(trace, self.scene, self.parts)
 
     def draw(self, trace: Trace, folder: Path) -> list[Path]:
         """Nothing alone: the figures of the VFI paper show several runs together."""

@@ -14,8 +14,6 @@ def summary(trace: Trace) -> dict[str, Any]:
     return {
         **summary_of_trajectory(trace),
         "metric": trace.header["metric"],
-        "position_error_m": _largest_and_rms(trace["position_error"]),
-        "orientation_error_rad": _largest_and_rms(trace["orientation_error"]),
         "hand_work_J": float(trace["hand"][-1]),
         "dissipated_J": float(trace["dissipated"][-1]),
         "constraint_work_J": float(trace["ports"][-1].sum()),
@@ -26,7 +24,3 @@ def summary(trace: Trace) -> dict[str, Any]:
         "max_torque_Nm": float(torque.max()),
         "mean_torque_Nm": float(torque.mean()),
     }
-
-
-def _largest_and_rms(values: np.ndarray) -> dict[str, float]:
-    return {"max": float(values.max()), "rms": float(np.sqrt(np.mean(values**2)))}

@@ -56,17 +56,22 @@ def enforce(scene: HandsOnScene, robot: Robot, parts: Mapping[str, Part]) -> tup
     return admittance, Guarded(admittance, controller, scene.constraints, how.guard == "act")
 
 
+def damps_implicitly(enforcement: str, scene: HandsOnScene) -> bool:
+    """Whether a step takes the damping at the velocity after it: as the scene says, always where that is projected."""
+    return scene.parameters.implicit_damping or enforcement in ("vfi", "both")
+
+
 def _changes(enforcement: str, scene: HandsOnScene) -> dict[str, Any]:
     """What an enforcement changes of the scene's admittance."""
+    implicit = damps_implicitly(enforcement, scene)
     if enforcement == "admittance":
         return {}
     if enforcement == "both":
         return {
-            "parameters": replace(scene.parameters, implicit_damping=True),
+            "parameters": replace(scene.parameters, implicit_damping=implicit),
             "linear_below": SHARE * scene.parameters.d_0,
             "implicit_stiffness": True,
         }
-    implicit = scene.parameters.implicit_damping or enforcement == "vfi"
     alone = {"regions": (), "constraints": ConstraintSet()}
     return {"parameters": replace(scene.parameters, k=0.0, implicit_damping=implicit), **alone}
 

@@ -43,6 +43,10 @@ class HandsOnJob:
         other.__dict__["parts"] = self.parts
         return other
 
+    def again(self, seed: int, file: Path | None) -> "HandsOnJob":
+        """See `Job`."""
+        return self.of(self.scene.with_changes(seed=seed), file)
+
     def check(self) -> None:
         """Build everything that the run will need; raises where something does not fit."""
         robot = self.scene.build_robot()

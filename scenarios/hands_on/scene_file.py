@@ -1,5 +1,6 @@
 """What a hands-on scene file may hold, and YAML <-> `HandsOnScene`, without loss."""
 
+from collections.abc import Sequence
 from dataclasses import asdict, fields
 from typing import Annotated, Any, Self
 
@@ -7,6 +8,7 @@ from pydantic import ConfigDict, Field, PlainValidator, TypeAdapter, WithJsonSch
 
 from admittance import NEURO8, TABLE_1, Parameters
 from primitives.errors import InputError, UnknownNameError
+from primitives.files.document import ValuePath
 from primitives.files.fields import Numbers, Text, check_text, list_of, one_of, refers_to
 from primitives.files.joints import Configuration
 from primitives.files.model import FileModel, gather, show
@@ -88,7 +90,7 @@ _PUSHES = ("interpolate",)
 _HANDS = ("waypoints", "wrenches", "record")
 
 
-class _HandModel(FileModel):
+class HandModel(FileModel):
     """A hand that pulls along waypoints, or one whose wrenches are given, here or on a record.
 
     Attributes
@@ -111,10 +113,23 @@ class _HandModel(FileModel):
 
     @model_validator(mode="after")
     def _fits(self) -> Self:
-        self.build()
+        try:
+            self.build()
+        except InputError as error:
+            gather(None, [((), str(error))])
         return self
 
+    def elsewhere(self, parts: Sequence[str]) -> list[tuple[ValuePath, str]]:
+        """Where its waypoints are at parts that an anatomy with these has not, and what to say of it."""
+        return [
+            (("waypoints", i, way), str(UnknownNameError("part of the anatomy", name, parts)))
+            for i, waypoint in enumerate(self.waypoints or [])
+            for way in ("into", "across")
+            if (name := getattr(waypoint, way)) is not None and name not in parts
+        ]
+
     def build(self) -> Pull | Push:
+        """The hand that is declared; raises InputError."""
         given = [name for name in _HANDS if getattr(self, name) is not None]
         if len(given) != 1:
             raise InputError(f"expected one of {', '.join(_HANDS)}, got {' and '.join(given) or 'none'}")
@@ -221,8 +236,8 @@ class HandsOnModel(FileModel):
     anatomy: AnatomyModel | None = None
     constraints: DeclaredField
     enforce: list[Annotated[str, refers_to("constraint")]] | None = None
-    hand: _HandModel
-    hand_on_files: _HandModel | None = None
+    hand: HandModel
+    hand_on_files: HandModel | None = None
     period: Period = HandsOnScene.period
     duration: Duration
     limits: LimitsField = Field(default_factory=dict)
@@ -233,15 +248,7 @@ class HandsOnModel(FileModel):
     @model_validator(mode="after")
     def _waypoints_at_parts(self) -> Self:
         parts = self.anatomy.build().parts if self.anatomy is not None else ()
-        gather(
-            None,
-            [
-                (("hand", "waypoints", i, way), str(UnknownNameError("part of the anatomy", name, parts)))
-                for i, waypoint in enumerate(self.hand.waypoints or [])
-                for way in ("into", "across")
-                if (name := getattr(waypoint, way)) is not None and name not in parts
-            ],
-        )
+        gather(None, [(("hand", *place), text) for place, text in self.hand.elsewhere(parts)])
         return self
 
     def build(self) -> HandsOnScene:

@@ -1,10 +1,12 @@
 """A small comparison with its report, for tests."""
 
+from dataclasses import replace
 from pathlib import Path
 
 from typer.testing import CliRunner
 
 from scenarios.cli import app
+from scenarios.scene_file import dump_scene, load_any
 
 SCENE = """
 name: short
@@ -34,4 +36,29 @@ def compared(place: Path) -> Path:
     done = CliRunner().invoke(app, [*arguments, "--out", str(place / "out")])
     assert done.exit_code == 0, done.output
     assert "report.html" in done.stdout
+    return place / "out"
+
+
+OF_KINDS = {
+    "S5": ("margins", "tracking", "space", "motion"),
+    "S5-hand": ("margins", "tracking", "space", "forces", "ledger", "motion"),
+    "two-arms": ("margins", "tracking", "space", "motion"),
+}
+"""Figures of reports of scenes along a trajectory, with one seed, in their order."""
+
+
+def hurried(name: str, place: Path) -> str:
+    """A file with a scene of the project that is led through its first second four times as fast."""
+    scene = load_any(name)
+    references = tuple(replace(r, segment=r.segment / 4.0) for r in scene.references)
+    changed = scene.with_changes(reference=references, duration=1.2)
+    file = place / f"{name}.yaml"
+    file.write_text(dump_scene(changed))
+    return str(file)
+
+
+def compared_in_a_hurry(name: str, place: Path, *options: str) -> Path:
+    """The folder that `vfi compare` makes of such a scene."""
+    done = CliRunner().invoke(app, ["compare", hurried(name, place), *options, "--out", str(place / "out")])
+    assert done.exit_code == 0, done.output
     return place / "out"

@@ -5,15 +5,22 @@ import pytest
 
 from scenarios.analysis import report_table
 from scenarios.analysis.cells import difference, gather
-from scenarios.analysis.measures import MEASURES
+from scenarios.analysis.measures import OF_HANDS_ON
 
-BY_KEY = {m.key: m for m in MEASURES}
+BY_KEY = {m.key: m for m in OF_HANDS_ON}
 
 
 def result(enforcement, seed, *, robot="lwr4plus", guard="watch", slipped=False, **values):
     """One run in which only the named values are other than 1."""
-    out = {"robot": robot, "enforcement": enforcement, "guard": guard, "seed": seed, "slipped": slipped}
-    for measure in MEASURES:
+    out = {
+        "kind": "hands-on",
+        "robot": robot,
+        "enforcement": enforcement,
+        "guard": guard,
+        "seed": seed,
+        "slipped": slipped,
+    }
+    for measure in OF_HANDS_ON:
         place, *inner = measure.key.split(".")
         value = values.get(place, 1.0)
         if inner:
@@ -82,12 +89,17 @@ def test_the_worst_run_counts_where_safety_is_at_stake():
 def test_guards_and_arms_are_cells_of_their_own():
     results = [r for guard in ("watch", "act") for r in runs("vfi", guard=guard)]
     results += runs("vfi", robot="neuro8", guard="act")
-    cells = gather(results)
-    assert [(c.robot, c.name) for c in cells] == [
-        ("lwr4plus", "vfi, guard watches"),
-        ("lwr4plus", "vfi, guard acts"),
-        ("neuro8", "vfi, guard acts"),
+    assert [(c.robot, c.name) for c in gather(results)] == [
+        ("lwr4plus", "guard watches"),
+        ("lwr4plus", "guard acts"),
+        ("neuro8", "guard acts"),
     ]
+    assert [c.name for c in gather([*results, *runs("both")])][1:] == [
+        "vfi, guard acts",
+        "vfi, guard acts",
+        "both, guard watches",
+    ]
+    assert [c.name for c in gather(runs("vfi"))] == ["vfi"]
 
 
 def test_runs_with_other_seeds_are_not_paired():

@@ -7,9 +7,9 @@ from typer.testing import CliRunner
 
 from primitives.errors import InputError, UnknownNameError
 from scenarios.analysis.cells import gather
-from scenarios.analysis.measures import MEASURES
+from scenarios.analysis.measures import OF_HANDS_ON
 from scenarios.cli import app
-from scenarios.hands_on.compare import TREMOR, prepare_comparison, run_comparison
+from scenarios.comparison import TREMOR, Plan, prepare_comparison, run_comparison
 from scenarios.jobs import Choices
 
 SCENE = """
@@ -38,20 +38,23 @@ def scene(tmp_path):
 
 
 def test_every_cell_has_the_same_seeds_and_hand(scene):
-    jobs = prepare_comparison(scene, ["admittance", "vfi"], [None], 3, Choices(seed=5))
-    assert [(j.enforcement, j.seed) for j in jobs] == [(e, s) for e in ("admittance", "vfi") for s in (5, 6, 7)]
-    assert all(j.parts is jobs[0].parts and j.scene == jobs[0].scene for j in jobs)
+    jobs = prepare_comparison(scene, Plan(["admittance", "vfi"], seeds=3), Choices(seed=5))
+    cells = [(e, s) for e in ("admittance", "vfi") for s in (5, 6, 7)]
+    assert [(j.scene.in_force.method, j.scene.seed) for j in jobs] == cells
+    first = jobs[0].scene
+    alike = [j.scene.with_changes(seed=first.seed, enforcement=first.enforcement) for j in jobs]
+    assert all(j.parts is jobs[0].parts for j in jobs) and alike == [first] * len(jobs)
     assert jobs[0].scene.hand.tremor == TREMOR
-    assert prepare_comparison(scene, ["vfi"], [None], 1, Choices())[0].scene.hand.tremor == 0.0
+    assert prepare_comparison(scene, Plan(["vfi"]), Choices())[0].scene.hand.tremor == 0.0
 
 
 def test_rows_say_the_worst_and_the_median(scene):
-    jobs = prepare_comparison(scene, ["none", "vfi"], [None], 3, Choices())
+    jobs = prepare_comparison(scene, Plan(["none", "vfi"], seeds=3), Choices())
     labels = []
     results = run_comparison(jobs, lambda label, share: labels.append((label, share)))
     assert len(labels) == 6 and labels[0][1] == 0.0
     assert len({json.dumps(r["hand_work_J"]) for r in results[:3]}) == 3, "each seed is another hand"
-    cells, by_key = gather(results), {m.key: m for m in MEASURES}
+    cells, by_key = gather(results), {m.key: m for m in OF_HANDS_ON}
     assert [(c.robot, c.enforcement, len(c.runs)) for c in cells] == [("lwr4plus", "none", 3), ("lwr4plus", "vfi", 3)]
     for cell, runs in zip(cells, (results[:3], results[3:]), strict=True):
         nearest = [r["clearance_m"]["between_samples"] for r in runs]
@@ -59,26 +62,26 @@ def test_rows_say_the_worst_and_the_median(scene):
         assert cell.interval(by_key["hand_work_J"]).median == sorted(r["hand_work_J"] for r in runs)[1]
         assert cell.worst(by_key["passivity_excess_J"]) == max(r["passivity_excess_J"] for r in runs)
     assert [c.entered for c in cells] == [3, 0]
-    again = run_comparison(prepare_comparison(scene, ["none", "vfi"], [None], 3, Choices()))
+    again = run_comparison(prepare_comparison(scene, Plan(["none", "vfi"], seeds=3), Choices()))
     assert [r["hand_work_J"] for r in again] == [r["hand_work_J"] for r in results]
 
 
 @pytest.mark.parametrize(
-    ("arguments", "error", "words"),
+    ("plan", "error", "words"),
     [
-        ({"name": "S5"}, InputError, "follows a trajectory"),
         ({"enforcements": ["vfi", "vfi"]}, InputError, "expected different names, got vfi, vfi"),
         ({"enforcements": ["wall"]}, UnknownNameError, "admittance, both, none, vfi"),
         ({"robots": ["neuro8"]}, InputError, 'no variant for robot "neuro8"'),
         ({"guards": ["watch", "watch"]}, InputError, "expected different names, got watch, watch"),
         ({"guards": ["on"]}, UnknownNameError, "act, off, watch"),
         ({"seeds": 0}, InputError, "expected at least 1, got 0"),
+        ({"solvers": ["lp"]}, InputError, "--solver: it is for scenes that follow a trajectory by themselves"),
+        ({"coordinations": ["static"]}, InputError, "--coordination: it is for scenes with several arms"),
     ],
 )
-def test_what_cannot_be_compared(scene, arguments, error, words):
-    given = {"name": scene, "enforcements": ["vfi"], "robots": [None], "seeds": 1, "choices": Choices()} | arguments
+def test_what_cannot_be_compared(scene, plan, error, words):
     with pytest.raises(error, match=words):
-        prepare_comparison(**given)
+        prepare_comparison(scene, Plan(**{"enforcements": ["vfi"]} | plan), Choices())
 
 
 def test_on_the_command_line(scene):
@@ -87,5 +90,5 @@ def test_on_the_command_line(scene):
     printed = CliRunner().invoke(app, ["compare", scene, "--enforcement", "vfi", "--seeds", "2", "--json"])
     runs = json.loads(printed.stdout)
     assert [(r["enforcement"], r["seed"], r["robot"]) for r in runs] == [("vfi", 0, "lwr4plus"), ("vfi", 1, "lwr4plus")]
-    refused = CliRunner().invoke(app, ["compare", "S5"])
-    assert refused.exit_code == 2
+    refused = CliRunner().invoke(app, ["compare", scene, "--enforcement", "vfy"])
+    assert refused.exit_code == 2 and 'Did you mean "vfi"' in refused.stderr

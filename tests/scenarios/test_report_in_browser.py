@@ -13,7 +13,7 @@ webdriver = pytest.importorskip("selenium.webdriver", reason="selenium is not in
 from selenium.webdriver.chrome.service import Service  # noqa: E402
 from selenium.webdriver.support.ui import WebDriverWait  # noqa: E402
 
-from tests.scenarios.comparisons import FIGURES, compared  # noqa: E402
+from tests.scenarios.comparisons import FIGURES, OF_KINDS, compared, compared_in_a_hurry  # noqa: E402
 
 CHROMIUM, DRIVER = shutil.which("chromium"), shutil.which("chromedriver")
 pytestmark = [
@@ -62,9 +62,13 @@ def browser():
 def page(browser, tmp_path_factory):
     """The browser with a report in it, all figures drawn."""
     browser.get((compared(tmp_path_factory.mktemp("report")) / "report.html").as_uri())
+    _wait_for_the_last_figure(browser)
+    return browser
+
+
+def _wait_for_the_last_figure(browser):
     last = "const p = document.querySelectorAll('.plot'); return p[p.length - 1].querySelectorAll('.main-svg').length"
     WebDriverWait(browser, 120).until(lambda driver: driver.execute_script(last))
-    return browser
 
 
 def test_every_figure_is_drawn_with_all_its_curves(page):
@@ -102,3 +106,20 @@ def test_a_click_on_a_name_hides_its_curves(page):
     before = page.execute_script(script)
     page.execute_script("Plotly.restyle('plot-lwr4plus-way', {visible: 'legendonly'}, [0, 3, 6])")
     assert page.execute_script(script) == before - 3
+
+
+def test_a_report_of_a_scene_by_hand(browser, tmp_path):
+    folder = compared_in_a_hurry("S5-hand", tmp_path, "--enforcement", "none,vfi")
+    browser.get_log("browser")
+    browser.get((folder / "report.html").as_uri())
+    _wait_for_the_last_figure(browser)
+    drawn = browser.execute_script(DRAWN)
+    assert [plot["name"] for plot in drawn] == [f"plot-neuro8-pair-{name}" for name in OF_KINDS["S5-hand"]]
+    for plot in drawn:
+        assert plot["space"] > 0 if plot["name"].endswith("-space") else plot["curves"] == plot["wanted"] > 0, plot
+    assert not [e for e in browser.get_log("browser") if e["level"] == "SEVERE"]
+    data = browser.execute_async_script(PICTURE, "plot-neuro8-pair-space")
+    pixels = image.imread(BytesIO(b64decode(data.split(",")[1])))[..., :3]
+    rows, columns = np.nonzero(np.ptp(pixels, axis=2) > 0.3)
+    assert len(rows) > 100, "the path of vfi is coloured"
+    assert rows.min() > 20 and rows.max() < 380 and columns.min() > 20 and columns.max() < 480, "and within the picture"

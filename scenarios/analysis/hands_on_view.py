@@ -1,4 +1,4 @@
-"""What the figures of a comparison need of one run, computed once from its trace."""
+"""What the figures of a comparison need of one run of a hands-on scene, computed once from its trace."""
 
 from collections.abc import Mapping
 from dataclasses import dataclass
@@ -9,21 +9,12 @@ from primitives.checks import Array
 from scenarios.analysis.boundary_force import boundary_force
 from scenarios.analysis.cells import Cell
 from scenarios.analysis.hands_on_metrics import clearance, port_offset
-from scenarios.analysis.picture import BLACK, BLUE, GREEN, GREY, VERMILION, Dash
+from scenarios.analysis.look import Look
+from scenarios.analysis.picture import Dash
 from scenarios.analysis.tool_poses import shaft_lines
 from scenarios.analysis.trace import Trace
 from scenarios.anatomy.parts import Part
 from scenarios.hands_on.scene import HandsOnScene
-
-LOOKS: Mapping[str, tuple[str, Dash]] = {
-    "none": (GREY, "dot"),
-    "admittance": (BLUE, "solid"),
-    "vfi": (VERMILION, "solid"),
-    "both": (GREEN, "dash"),
-}
-"""Colour and dashes of each enforcement; of runs that lie on each other the dashed one lets the other show."""
-GUARDED: Dash = "dashdot"
-"""Of runs whose guard acts where others' do not."""
 
 
 @dataclass(frozen=True)
@@ -47,19 +38,8 @@ class RunView:
     colour: str
     dash: Dash
 
-    @property
-    def t(self) -> Array:
-        """(k,) seconds."""
-        return self.trace.t
 
-
-def look(cell: Cell) -> tuple[str, Dash]:
-    """Colour and dashes of a cell."""
-    colour, dash = LOOKS.get(cell.enforcement, (BLACK, "solid"))
-    return colour, GUARDED if cell.guard == "act" and cell.name != cell.enforcement else dash
-
-
-def view(cell: Cell, trace: Trace, scene: HandsOnScene, parts: Mapping[str, Part]) -> RunView:
+def view(cell: Cell, look: Look, trace: Trace, scene: HandsOnScene, parts: Mapping[str, Part]) -> RunView:
     """Compute what is drawn of a run of a cell."""
     robot = scene.build_robot()
     ends, axes = shaft_lines(scene, robot, trace)
@@ -72,5 +52,5 @@ def view(cell: Cell, trace: Trace, scene: HandsOnScene, parts: Mapping[str, Part
         port_offset(np.array(scene.port), ends, axes),
         np.linalg.norm(boundary_force(trace, scene), axis=1),
         np.linalg.norm(trace["hand_wrench"][:, :3], axis=1),
-        *look(cell),
+        *look,
     )

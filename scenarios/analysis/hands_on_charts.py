@@ -1,69 +1,22 @@
-"""What is drawn of a comparison on one arm, as data: the runs of one seed, over time and in space."""
+"""What is drawn of hands-on runs on one arm, as data: the runs of one seed, over time and in space."""
 
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Mapping, Sequence
 from functools import partial
 
 import numpy as np
 
 from primitives.checks import Array
 from scenarios.analysis.boundary_force import FELT
-from scenarios.analysis.figures import thin
-from scenarios.analysis.picture import (
-    BLACK,
-    BLUE,
-    GREEN,
-    GREY,
-    ORANGE,
-    PURPLE,
-    SKY,
-    VERMILION,
-    Chart,
-    Dots,
-    Level,
-    Line,
-    Panel,
-    Picture,
-    Space,
-)
-from scenarios.analysis.run_view import RunView
-from scenarios.analysis.trace import Trace
+from scenarios.analysis.curves import POINTS, TIME, curves
+from scenarios.analysis.hands_on_view import RunView
+from scenarios.analysis.ledger_chart import ledger
+from scenarios.analysis.picture import Chart, Dots, Level, Line, Panel, Picture, Space
 from scenarios.anatomy.parts import Part
 from scenarios.hands_on.scene import HandsOnScene
 
-POINTS = 900
-"""Points of a curve; its smallest and largest values are kept."""
-LEDGER_POINTS = 300
 CLOUD_POINTS = 3000
-TIME = "time [s]"
 SIGHT = 1.6
 """How far clearance is drawn, in ranges d_0: beyond, nothing acts."""
-TERMS = {
-    "work of the hand": BLUE,
-    "damping": VERMILION,
-    "numerical": PURPLE,
-    "rows that keep": ORANGE,
-    "recovery and moving regions": GREY,
-    "limits, port and guard": GREEN,
-    "potentials in steps": SKY,
-    "stored": BLACK,
-}
-"""Terms of the energy ledger and their colours. The stored energy is the sum of the others."""
-
-
-def ledger_terms(trace: Trace) -> dict[str, Array]:
-    """{term: (k,) J since the start}, by the names in `TERMS`."""
-    rows, ports = trace.header["ports"], trace["ports"]
-    keeping, recovering, moving = (ports[:, rows.index(name)] for name in ("keeping", "recovering", "moving"))
-    return {
-        "work of the hand": trace["hand"],
-        "damping": -trace["dissipated"],
-        "numerical": trace["numerical"],
-        "rows that keep": keeping,
-        "recovery and moving regions": recovering + moving + trace["clouds"],
-        "limits, port and guard": trace["limited_work"] - keeping - recovering - moving,
-        "potentials in steps": trace["barrier"],
-        "stored": trace["storage"],
-    }
 
 
 def pictures(views: Sequence[RunView], scene: HandsOnScene, parts: Mapping[str, Part]) -> list[Picture]:
@@ -78,15 +31,6 @@ def pictures(views: Sequence[RunView], scene: HandsOnScene, parts: Mapping[str, 
     ]
 
 
-def _curves(views: Sequence[RunView], values: Callable[[RunView], Array]) -> tuple[Line, ...]:
-    lines = []
-    for view in views:
-        y = values(view)
-        keep = thin(y, POINTS)
-        lines.append(Line(view.label, view.t[keep], y[keep], view.colour, view.dash))
-    return tuple(lines)
-
-
 def margins(views: Sequence[RunView], scene: HandsOnScene) -> Chart:
     """Clearance and port error over time."""
     d_0 = 1e3 * scene.parameters.d_0
@@ -95,13 +39,13 @@ def margins(views: Sequence[RunView], scene: HandsOnScene) -> Chart:
         "Clearance between the tool and the forbidden region",
         TIME,
         "clearance [mm]",
-        _curves(views, lambda v: 1e3 * np.minimum(v.clearance, 2.0 * SIGHT * scene.parameters.d_0)),
+        curves(views, lambda v: 1e3 * np.minimum(v.clearance, 2.0 * SIGHT * scene.parameters.d_0)),
         (Level(d_0, "range of the potentials, d₀"),),
         0.0,
         y_range=(min(1.15 * lowest, -0.08 * d_0), SIGHT * d_0),
     )
     port = Panel(
-        "Distance of the port from the shaft", TIME, "port error [µm]", _curves(views, lambda v: 1e6 * v.port_error)
+        "Distance of the port from the shaft", TIME, "port error [µm]", curves(views, lambda v: 1e6 * v.port_error)
     )
     caption = (
         "Above: how far the tool's surface is from the spheres of the forbidden region; shaded: inside. "
@@ -113,12 +57,12 @@ def margins(views: Sequence[RunView], scene: HandsOnScene) -> Chart:
 def forces(views: Sequence[RunView]) -> Chart:
     """Force of the hand and of the boundary over time."""
     panels = (
-        Panel("Force of the hand on the handle", TIME, "hand [N]", _curves(views, lambda v: v.hand)),
+        Panel("Force of the hand on the handle", TIME, "hand [N]", curves(views, lambda v: v.hand)),
         Panel(
             "Force of the boundary, at the end of the shaft",
             TIME,
             "boundary [N]",
-            _curves(views, lambda v: v.boundary),
+            curves(views, lambda v: v.boundary),
             (Level(FELT, f"felt from {FELT:g} N"),),
         ),
     )
@@ -156,39 +100,13 @@ def force_against_clearance(views: Sequence[RunView], scene: HandsOnScene) -> Ch
     return Chart("force-clearance", "Force against clearance", caption, (panel,), panel_height=340)
 
 
-def ledger(views: Sequence[RunView]) -> Chart:
-    """Where the energy went, a panel for each run, all with the same axis."""
-    panels, low, high = [], 0.0, 0.0
-    for view in views:
-        lines = []
-        for label, y in ledger_terms(view.trace).items():
-            keep = thin(y, LEDGER_POINTS)
-            low, high = min(low, float(y.min())), max(high, float(y.max()))
-            lines.append(Line(label, view.t[keep], y[keep], TERMS[label]))
-        panels.append((view.label, tuple(lines)))
-    room = 0.06 * (high - low) or 1.0
-    caption = (
-        "What has entered and left the tool's motion since the start. The stored energy (kinetic and potential) "
-        "is the sum of the others. Motion is passive as long as nothing but the hand, and what moves by itself, puts "
-        "energy in: then no other term rises above zero."
-    )
-    return Chart(
-        "ledger",
-        "Energy ledger",
-        caption,
-        tuple(Panel(label, TIME, "energy [J]", lines, y_range=(low - room, high + room)) for label, lines in panels),
-        columns=2,
-        panel_height=230,
-    )
-
-
 def way(views: Sequence[RunView], scene: HandsOnScene) -> Chart:
     """Where the end of the shaft was."""
     port = np.array(scene.port)
     panels = []
     for i, name in enumerate("xyz"):
-        curves = _curves(views, partial(_coordinate, port=port, i=i))
-        panels.append(Panel(f"{name}, from the port", TIME, f"{name} [mm]", curves))
+        lines = curves(views, partial(_coordinate, port=port, i=i))
+        panels.append(Panel(f"{name}, from the port", TIME, f"{name} [mm]", lines))
     caption = "Traces of the end of the shaft, world axes, from the port. Where curves part, a boundary holds one back."
     return Chart("way", "Where the tool went", caption, tuple(panels), panel_height=190)
 
