@@ -50,13 +50,12 @@ def enforce(
         )
     robot, T = scene.build_robot(), scene.period
     frame = scene.tasks[0].frame or robot.tip
-    pushed = scene.constraints if method in ("admittance", "both") else ConstraintSet()
     admittance = JointAdmittance(
         robot,
         parameters,
         start=scene.start,
         frame=frame,
-        constraints=pushed,
+        constraints=_pushed(scene, method),
         period=T,
         group=scene.group,
         integrator=integrator,
@@ -86,3 +85,16 @@ def enforce(
         return admittance, Guarded(admittance, beside, scene.constraints, mode == "act")
     kept = kept_farther(scene.kept, parameters.d_0, parameters.d_0_angle) if method == "both" else scene.kept
     return admittance, Projected(admittance, controller(kept, task), scene.constraints, in_force.metric)
+
+
+def _pushed(scene: Scene, method: str) -> ConstraintSet:
+    """The constraints that potentials act on; raises InputError where they cannot."""
+    if method not in ("admittance", "both"):
+        return ConstraintSet()
+    clouds = [c.name for c in scene.constraints if c.is_cloud and c.enforced]
+    if clouds:
+        raise InputError(
+            f'enforcement "{method}": potentials without a port do not act on clouds, got {", ".join(clouds)}; take '
+            '"vfi", watch them, or have the tool led through a port, as hands-on scenes do'
+        )
+    return ConstraintSet(c for c in scene.constraints if not c.is_cloud)
