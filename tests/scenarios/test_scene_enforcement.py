@@ -1,8 +1,4 @@
-<<<<<<< HEAD
-"""How a scene says that it is enforced: every kind alike, what the command line changes, clouds on trajectories."""
-=======
 """How a scene is enforced: the same words for every kind, what the command line changes, clouds on trajectories."""
->>>>>>> main
 
 import json
 from functools import cache

@@ -179,7 +179,7 @@ WRONG = {
     "a name with spaces": ({"name": "my scene"}, "name"),
     "an own robot without file": ({"robot": {"tip": "hand"}}, "robot"),
     "a number in a set": ({"hand": {}, "admittance": {"inertia": 1, "damping": [1, "x"]}}, "admittance.damping[1]"),
-    "unknown set of parameters": ({"hand": {}, "admittance": "lwr4plus"}, "admittance"),
+    "unknown set of parameters": ({"hand": {}, "admittance": "lwr5"}, "admittance"),
     "a port beside a reference": ({"port": [0, 0, 0]}, ""),
 }
 HANDS_ON_WRONG = {
