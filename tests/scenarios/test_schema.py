@@ -30,7 +30,7 @@ from scenarios.scenes import FOLDER
 from scenarios.schema import constraints_schema, scene_schema
 from tests.scenarios.test_broken_scenes import FILES, printed
 
-BASES = {"bowl.yaml", "hands-on.yaml", "neurosurgery.yaml", "small.yaml"}
+BASES = {"bowl.yaml", "hands-on.yaml", "neurosurgery.lwr4plus.yaml", "neurosurgery.yaml", "small.yaml"}
 """Shipped files that others build on, and so no whole scenes."""
 WHOLE = sorted(file for file in FOLDER.glob("*.yaml") if file.name not in BASES)
 
@@ -179,7 +179,7 @@ WRONG = {
     "a name with spaces": ({"name": "my scene"}, "name"),
     "an own robot without file": ({"robot": {"tip": "hand"}}, "robot"),
     "a number in a set": ({"hand": {}, "admittance": {"inertia": 1, "damping": [1, "x"]}}, "admittance.damping[1]"),
-    "unknown set of parameters": ({"hand": {}, "admittance": "lwr4plus"}, "admittance"),
+    "unknown set of parameters": ({"hand": {}, "admittance": "lwr5"}, "admittance"),
     "a port beside a reference": ({"port": [0, 0, 0]}, ""),
 }
 HANDS_ON_WRONG = {
