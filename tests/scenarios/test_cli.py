@@ -245,7 +245,7 @@ def test_cite_and_version():
         (("run", "S5", "--period", "nan"), ("period", "finite")),
         (("run", "S5", "--period", "0.1"), ("eta T <= 1",)),
         (("run", "S5", "--guard", "on"), ("on", "act")),
-        (("run", "two-arms", "--robot", "lwr4plus"), ("lwr4plus", "cannot run", "moving/shaft")),
+        (("run", "S3-stiff-wrist", "--robot", "lwr4plus"), ("lwr4plus", "cannot run", "moving/shaft")),
         (("run", "S5", "--robot", "lwr4"), ("Did you mean", "lwr4plus")),
         (("run", "S5", "S5"), ("twice",)),
         (("run", "bowl-tip", "--plant", "mujoko"), ("mujoko", "kinematic")),
