@@ -74,8 +74,8 @@ def test_own_hand_gives_up_at_the_ball_and_goes_back():
 
 def test_robot_loop_stops_at_old_states_and_at_nothing_else():
     text = output(ROOT / "docs/examples/07_robot_loop.py")
-    stops = re.findall(r"stopped at ([\d.]+) s: (.*)", text)
-    assert [reason[:9] for _, reason in stops] == ["the state"]
-    assert 1.0 < float(stops[0][0]) < 1.02
+    stops = re.findall(r"(HOLD|FAULT) since t = ([\d.]+) s, until it is acknowledged: (.*)", text)
+    assert [(state, reason[:14]) for state, _, reason in stops] == [("HOLD", "q was measured")]
+    assert 1.0 < float(stops[0][1]) < 1.03
     assert float(re.search(r"smallest margin ([\d.-]+) mm", text)[1]) >= 0.0
     assert float(re.search(r"at the end ([\d.]+) mm", text)[1]) == pytest.approx(110.0, abs=0.2)

@@ -11,6 +11,7 @@ import numpy as np
 
 from primitives import active_set
 from primitives.errors import SolverError
+from scenarios.enforcement import chosen
 from scenarios.plants.kinematic import KinematicPlant
 from scenarios.run import build
 from scenarios.scene_file import load_scene
@@ -53,7 +54,7 @@ def record(count):
 
 def _programs(scene, count):
     cycles = round(scene.duration / scene.period)
-    controller = build(scene, solver="active-set", guard="off", period=None)
+    controller = build(chosen(scene, guard="off"), solver="active-set")
     robot, start = controller.robot, np.array(scene.start)
     plant = KinematicPlant(start, robot.group(scene.group), scene.period)
     first = robot.kinematics(start).pose(scene.task.frame)[:4]

@@ -144,7 +144,7 @@ def test_lp_chatters_where_the_damped_qp_does_not(result):
 def test_damping_is_what_stills_the_qp():
     scene = load_scene("S5")
     bare = scene.with_changes(task=type(scene.task)(gain=scene.task.gain, damping=1e-8))
-    assert summary(run(bare, period=0.008))["acceleration_rms_last_2s"] > 10.0
+    assert summary(run(bare, period=0.008, guard="off"))["acceleration_rms_last_2s"] > 10.0
 
 
 def test_stiff_wrist_vibrates_under_the_lp_alone(result):

@@ -44,6 +44,6 @@ def test_run_along_a_trajectory_is_shown_with_its_margins():
     trace = run(scene)
     found = shown(trace, scene.build_robot(), None, ())
     assert found.constraints == scene.constraints
-    assert found.tool_end is None and found.port is None and found.clouds == ()
+    assert found.tool_end is None and found.port is None and len(found.clouds) == 0
     rows = dict(found.rows(0))
     assert list(rows) == ["C1", "C2", "C3", "C4"] and rows["C1"] == "8.00 mm (watched)"

@@ -199,7 +199,7 @@ def test_clearance_at_and_between_samples_by_pinocchio_and_search(way):
 
 
 def separate(way, **changes):
-    built = build(SCENE.with_changes(coordination=way, **changes), solver="active-set", guard="act", period=None)
+    built = build(SCENE.with_changes(coordination=way, **changes), solver="active-set")
     assert isinstance(built, SeparateControllers)
     return built
 
@@ -274,7 +274,7 @@ def test_constraint_that_no_arm_can_influence_is_refused():
     for way in WAYS:
         scene = SCENE.with_changes(coordination=way, constraints=SCENE.constraints + stuck)
         with pytest.raises(InactiveConstraintError, match='"stuck"'):
-            build(scene, solver="active-set", guard="act", period=None)
+            build(scene, solver="active-set")
 
 
 # The scene and its errors --------------------------------------------------------------------------------------------
@@ -318,14 +318,14 @@ def test_arms_that_share_joints_are_refused(arms):
 def test_tasks_of_one_frame_twice_are_refused():
     twice = SCENE.with_changes(task=(PoseTask("moving/tip"), PoseTask("moving/tip")))
     with pytest.raises(InputError, match="different frames"):
-        build(twice, solver="active-set", guard="act", period=None)
+        build(twice, solver="active-set")
 
 
 def test_task_of_an_arm_that_is_not_its_own_is_refused():
     """The order of the arms is that of the tasks."""
     crossed = SCENE.with_changes(arms=("parked", "moving"), coordination="static")
     with pytest.raises(InputError, match='no joint of the group "parked" moves the frame "moving/tip"'):
-        build(crossed, solver="active-set", guard="act", period=None)
+        build(crossed, solver="active-set")
 
 
 def test_file_names_every_problem_with_its_line(tmp_path):

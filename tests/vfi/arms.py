@@ -153,14 +153,18 @@ class Oracle:
             out[:, i] = (1 if c.keep == "outside" else -1) * (distance - c.safe_distance)
         return out
 
-    def near_parallel(self, q: Array, entities: Mapping[str, Array] | None = None) -> NDArray[np.bool_]:
-        """(N, m) where two infinite lines are in, or nearly in, their declared band: their distance jumps there."""
+    def sines(self, q: Array, entities: Mapping[str, Array] | None = None) -> Array:
+        """(N, m) sine of the angle between two infinite lines, infinite for all other pairs."""
         frames = self._all_frames(q, entities)
-        out = np.zeros((len(frames["world"][1]), len(self.constraints)), dtype=bool)
+        out = np.full((len(frames["world"][1]), len(self.constraints)), np.inf)
         for i, c in enumerate(self.constraints):
             if c.definition.name == "line_line":
-                out[:, i] = sine(*(self._world(e, frames) for e in (c.first, c.second))) < 1.001 * PARALLEL
+                out[:, i] = sine(*(self._world(e, frames) for e in (c.first, c.second)))
         return out
+
+    def near_parallel(self, q: Array, entities: Mapping[str, Array] | None = None) -> NDArray[np.bool_]:
+        """(N, m) where two infinite lines are in, or nearly in, their declared band: their distance jumps there."""
+        return self.sines(q, entities) < 1.001 * PARALLEL
 
     def _all_frames(self, q: Array, entities: Mapping[str, Array] | None) -> dict[str, tuple[Array, Array]]:
         q = np.atleast_2d(q)

@@ -7,6 +7,7 @@ line, as all peers but those called "two arms" do.
 from dataclasses import replace
 
 from primitives import ConstraintSet, Line
+from scenarios.enforcement import chosen
 from scenarios.run import build
 from tests.bench import problem
 from tests.bench.contender import Contender
@@ -24,7 +25,7 @@ class Ours(Contender):
         self.full, self.velocity = problem.both(self.q), problem.both(self.q) * 0.0
 
     def make(self):
-        return build(problem.SCENE, solver="active-set", guard=self.guard, period=None)
+        return build(chosen(problem.SCENE, guard=self.guard), solver="active-set")
 
     def prepare(self):
         self.t += problem.PERIOD
