@@ -51,8 +51,10 @@ def relax(
     """Lower b (r,), and raise slack (r,) by as much, so that A v >= b has a solution within the bounds; what is taken
     off is minimised from the largest share of each class down, the classes in lexicographic order.
 
-    b is the demand (r,), or more than that where re-solving has raised it. The arguments from H on are scratch of a
-    program with one more variable, the slack of the class.
+    b is the demand (r,), or more than that where re-solving has raised it. What was raised is a guess, for which no row
+    shall lose more than standing still would: where the bounds allow that, slack then grows up to the demand, and what
+    the answer is short of beyond that fails verification. The arguments from H on are scratch of a program with one
+    more variable, the slack of the class.
 
     Returns
     -------
@@ -65,6 +67,11 @@ def relax(
         H[j, j] = REGULARISATION
         low_wide[j] = low[j]
         high_wide[j] = high[j]
+    still, raised = True, False
+    for j in range(n):
+        still = still and low[j] <= 0.0 <= high[j]
+    for i in range(rows):
+        raised = raised or b[i] + slack[i] > demand[i] + ROOM
     H[n, n] = 1.0
     low_wide[n] = 0.0
     high_wide[n] = np.inf
@@ -90,7 +97,8 @@ def relax(
                     if A_wide[i, n] == 1.0 and multiplier[i] > share:
                         A_wide[i, n] = 0.0
                         unsettled -= 1
-                        slack[i] += v[n] + ROOM
+                        most = max(slack[i], demand[i]) if raised and still else np.inf
+                        slack[i] = min(slack[i] + v[n] + ROOM, most)
                         b[i] -= v[n] + ROOM
                         b_wide[i] = b[i]
                 share = -1.0
